@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where two neurons come within 2 micrometres of each other, branch by branch.
+
+    neurons.py [ONE.swc OTHER.swc]
+
+Without files, the script makes two neurons. Lengths are in micrometres.
+"""
+
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import fcl_fibers
+
+NEAR = 2.0
+# Neurons branch, and their radii differ along a branch.
+warnings.simplefilter("ignore", fcl_fibers.FiberFileWarning)
+
+
+def make_neuron(path, soma, seed):
+    """Writes a neuron of eight stems, which wander and branch, as .swc."""
+    # RandomState, unlike newer generators, draws the same numbers in all versions of NumPy.
+    random = np.random.RandomState(seed)
+    samples = [(*soma, 5.0, -1)]
+    tips = [(0, way / np.linalg.norm(way)) for way in random.randn(8, 3)]
+    for _ in range(60):
+        grown = []
+        for parent, way in tips:
+            way = way + 0.3 * random.randn(3)
+            way /= np.linalg.norm(way)
+            samples.append((*(samples[parent][:3] + 2 * way), 0.4, parent))
+            ways = [way, way + random.randn(3)] if random.rand() < 0.03 else [way]
+            grown += [(len(samples) - 1, w / np.linalg.norm(w)) for w in ways]
+        tips = grown
+    lines = [
+        f"{i + 1} 3 {x:.3f} {y:.3f} {z:.3f} {r} {parent + 1 if i else -1}"
+        for i, (x, y, z, r, parent) in enumerate(samples)
+    ]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def read(path):
+    # A branch is a fiber: from a root or a branching point to the next one, or to a tip.
+    fibers = fcl_fibers.read(path)
+    print(f"{Path(path).name}: {len(fibers.offsets) - 1} branches, {len(fibers.points)} points")
+    return fibers
+
+
+with tempfile.TemporaryDirectory() as folder:
+    paths = sys.argv[1:3]
+    if not paths:
+        paths = [Path(folder, "one.swc"), Path(folder, "other.swc")]
+        make_neuron(paths[0], (0, 0, 0), seed=1)
+        make_neuron(paths[1], (60, 0, 0), seed=2)
+    one, other = map(read, paths)
+
+# [places]
+tree, partner = fcl_fibers.FiberTree(margin=NEAR), fcl_fibers.FiberTree()
+tree.build(*one)
+partner.build(*other)
+contacts = tree.contacts(partner, order="fibers")
+pairs = fcl_fibers.fiber_pairs(contacts)
+print(f"{len(pairs)} pairs of branches come within {NEAR} of each other")
+for pair in pairs[np.argsort(contacts["distance"][pairs["deepest"]])][:5]:
+    nearest = contacts[pair["deepest"]]
+    x, y, z = nearest["point_a"]
+    print(
+        f"branches {pair['fiber_a']} and {pair['fiber_b']}: {pair['count']} pairs of segments; "
+        f"the least distance is {nearest['distance']:.2f} at ({x:.1f}, {y:.1f}, {z:.1f})"
+    )
+# [places]
