@@ -137,6 +137,22 @@ wheels() {
   tests/python/wheels.sh "${pythons[@]}"
 }
 
+# PyElastica and scilpy, as PyPI has them, with a class of examples/python in the place of their own.
+python_peers() {
+  needs "${python_packages[@]}" python3-venv
+  has_pypi || skip_step "pip does not reach PyPI, which has PyElastica and scilpy"
+  build fcl_fibers_python
+  local tree=$PWD/build/peers name
+  # scilpy has NumPy 1, which every pybind11 knows.
+  /usr/bin/python3 -m venv "$tree"
+  "$tree/bin/pip" install -q "pyelastica==1.0.0" "scilpy==2.3.0" ||
+    skip_step "pip does not install PyElastica and scilpy here"
+  for name in pyelastica_contact scilpy_finder; do
+    PYTHONPATH=build/release/python "$tree/bin/python" -B "examples/python/$name.py" |
+      diff - "examples/python/$name.out"
+  done
+}
+
 # All threads' suites, of which .ci/run takes one at a time.
 threads() {
   .ci/apt_install.sh clang libclang-rt-dev
@@ -322,6 +338,7 @@ steps=(
   python_sanitized
   python_long
   wheels
+  python_peers
   extremes
   differential
   touches
