@@ -99,23 +99,21 @@ void move(std::vector<Vec>& now, std::vector<Vec>& before, const std::vector<Vec
 
 // [push]
 /// Moves each segment out of the head. A point takes the mean of what its contacts ask of it.
-void pushOut(std::vector<Vec>& points, const std::vector<MeshContact>& contacts) {
-  std::vector<Vec> pushes(points.size(), {0, 0, 0});
+void pushOut(const FiberTree& tree, const std::vector<MeshContact>& contacts,
+             std::vector<Vec>& points) {
+  std::vector<double> pushes;  // along the normals, from the head
   std::vector<int> counts(points.size(), 0);
   for (const MeshContact& contact : contacts) {
-    const double shares[] = {1 - contact.s, contact.s};
-    const double weight = shares[0] * shares[0] + shares[1] * shares[1];
-    const auto& n = contact.normal;  // from the capsule into the head
+    const auto [nodes, weights] = contact.nodes();
+    pushes.push_back(-contact.distance / (weights[0] * weights[0] + weights[1] * weights[1]));
     for (std::size_t end = 0; end < 2; ++end) {
-      const std::size_t number = static_cast<std::size_t>(contact.place.number) + end;
-      const std::size_t i = static_cast<std::size_t>(contact.place.fiber) * kPoints + number;
-      if (number < kFixed || shares[end] == 0) continue;
-      pushes[i] = pushes[i] + shares[end] / weight * contact.distance * Vec{n[0], n[1], n[2]};
-      ++counts[i];
+      if (weights[end] > 0) ++counts[static_cast<std::size_t>(nodes[end])];
     }
   }
+  std::vector<Vec> sums(points.size(), {0, 0, 0});
+  tree.accumulate({contacts, pushes}, {&sums[0].x, sums.size()});
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (counts[i] > 0) points[i] = points[i] + 1.0 / counts[i] * pushes[i];
+    if (counts[i] > 0 && i % kPoints >= kFixed) points[i] = points[i] + 1.0 / counts[i] * sums[i];
   }
 }
 // [push]
@@ -192,7 +190,7 @@ int main(int argc, char** argv) {
     for (int round = 0; round < kRounds; ++round) {
       tree.update(hair);
       tree.find(Contacts{hair}, head, contacts);
-      pushOut(now, contacts);
+      pushOut(tree, contacts, now);
     }
 
     if (step % 50 != 0) continue;

@@ -5,6 +5,7 @@
 //
 //     hair_step [FOLDER]    also writes what tutorials.py draws to the folder
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -35,8 +36,6 @@ float length(Vec a) { return std::sqrt(dot(a, a)); }
 
 struct Hair {
   std::vector<Vec> now, before;  // the points, and where they were a step ago
-  std::vector<Vec> pushes;       // the sum of what contacts move a point by, and their number
-  std::vector<int> push_count;
 };
 
 /// 5 x 5 hairs, straight along a direction.
@@ -75,31 +74,27 @@ void keepLengths(std::vector<Vec>& points) {
 // [motion]
 
 // [contact]
-/// Moves two segments apart along the normal, and back along their slip by friction.
-void separate(Hair& hair, SegmentPair pair, const Contact& contact) {
-  const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-  const auto s = static_cast<float>(contact.s), t = static_cast<float>(contact.t);
-  const std::size_t points[] = {a, a + 1, b, b + 1};
-  const float shares[] = {1 - s, s, t - 1, -t};  // in the motion of a's contact point against b's
+/// What moves the second segment of a contact from the first along the normal, and back along
+/// their slip by friction.
+std::array<double, 3> push(const Hair& hair, const Contact& contact) {
+  const auto [points, weights] = contact.nodes();  // two of a, then two of b
   const auto number = [](double n) { return static_cast<float>(n); };
   const auto& n = contact.normal;  // from a to b
   const Vec normal = {number(n[0]), number(n[1]), number(n[2])};
   const float depth = number(-contact.distance);
 
-  Vec slip = {0, 0, 0};
+  Vec slip = {0, 0, 0};  // of b's contact point against a's
   float weight = 0;
-  for (int i = 0; i < 4; ++i) {
-    slip = slip + shares[i] * (hair.now[points[i]] - hair.before[points[i]]);
-    weight += shares[i] * shares[i];
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto i = static_cast<std::size_t>(points[k]);
+    slip = slip + number(k < 2 ? -weights[k] : weights[k]) * (hair.now[i] - hair.before[i]);
+    weight += number(weights[k] * weights[k]);
   }
   slip = slip - dot(slip, normal) * normal;
   // Coulomb: friction moves by no more than its coefficient times the depth, and never beyond rest.
   const float held = std::min(1.0F, kFriction * depth / std::max(length(slip), 1e-9F));
-  for (int i = 0; i < 4; ++i) {
-    const Vec push = -shares[i] / weight * (depth * normal + held * slip);
-    hair.pushes[points[i]] = hair.pushes[points[i]] + push;
-    ++hair.push_count[points[i]];
-  }
+  const Vec on_b = 1 / weight * (depth * normal - held * slip);
+  return {on_b.x, on_b.y, on_b.z};
 }
 // [contact]
 
@@ -140,21 +135,25 @@ int main(int argc, char** argv) {
 
     std::map<std::pair<int, int>, int> touching;
     std::vector<Contact> contacts;
+    std::vector<std::array<double, 3>> pushes;
+    std::vector<Vec> sums(hair.now.size(), {0, 0, 0});
+    std::vector<int> counts(hair.now.size(), 0);  // of the pushes on a point
     double deepest = 0;
-    hair.pushes.assign(hair.now.size(), {0, 0, 0});
-    hair.push_count.assign(hair.now.size(), 0);
-    tree.visit(Pairs{}, [&](SegmentPair pair) {
-      contacts.push_back(capsuleContact(arrays, pair));
-      separate(hair, pair, contacts.back());
-      deepest = std::min(deepest, contacts.back().distance);
-      // A segment keeps its number, so a pair is the same pair in every step.
-      const auto known = ages.find({pair.a, pair.b});
-      touching[{pair.a, pair.b}] = known == ages.end() ? 1 : known->second + 1;
-    });
+    tree.find(Contacts{arrays}, contacts);
+    for (const Contact& contact : contacts) {
+      pushes.push_back(push(hair, contact));
+      for (const int point : contact.nodes().points) ++counts[static_cast<std::size_t>(point)];
+      deepest = std::min(deepest, contact.distance);
+      // A segment keeps its name, so a pair is the same pair in every step.
+      const auto [a, b] = contact.pair;
+      const auto known = ages.find({a, b});
+      touching[{a, b}] = known == ages.end() ? 1 : known->second + 1;
+    }
     ages.swap(touching);
+    tree.accumulate({contacts, pushes}, {&sums[0].x, sums.size()});
     for (std::size_t i = 0; i < hair.now.size(); ++i) {
-      if (i % kPoints == 0 || hair.push_count[i] == 0) continue;
-      hair.now[i] = hair.now[i] + 1 / static_cast<float>(hair.push_count[i]) * hair.pushes[i];
+      if (i % kPoints == 0 || counts[i] == 0) continue;
+      hair.now[i] = hair.now[i] + 1 / static_cast<float>(counts[i]) * sums[i];
     }
     keepLengths(hair.now);
 

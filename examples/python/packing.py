@@ -34,22 +34,16 @@ def bundle(seed):
     return np.concatenate([low * (1 - along) + high * along, height], axis=2)
 
 
-def pushed(nodes, contacts):
+def pushed(tree, nodes, contacts):
     """The nodes after each contact has moved the four at its ends."""
-    a = contacts["a"]
-    b = contacts["b"]
-    s, t = contacts["s"][:, np.newaxis], contacts["t"][:, np.newaxis]
-    # Each side takes half of the way, and its two nodes share that by their weights. Divided by the
-    # sum of the squared weights, they move the point between them by all of it.
-    half = (GAP - contacts["distance"])[:, np.newaxis] / 2 * contacts["normal"]
-    on_a, on_b = half / ((1 - s) ** 2 + s**2), half / ((1 - t) ** 2 + t**2)
-    node = np.concatenate([a, a + 1, b, b + 1])
-    moves = np.concatenate([(s - 1) * on_a, -s * on_a, (1 - t) * on_b, t * on_b])
+    ends, weights = tree.nodes(contacts)
+    # Divided by the sum of the squared weights, a push moves the two sides apart by all of the way.
+    push = (GAP - contacts["distance"]) / np.sum(weights**2, axis=1)
     # A node in many contacts moves by their mean, as their sum would overshoot. Half as much again
     # is still stable, and takes fewer rounds.
-    total = [np.bincount(node, moves[:, c], FIBERS * NODES) for c in range(3)]
-    number = np.maximum(np.bincount(node, minlength=FIBERS * NODES), 1)
-    return nodes + 1.5 * (total / number).T.reshape(nodes.shape)
+    total = tree.accumulate(contacts, push).reshape(nodes.shape)
+    number = np.bincount(ends.ravel(), minlength=FIBERS * NODES).reshape(FIBERS, NODES, 1)
+    return nodes + 1.5 * total / np.maximum(number, 1)
 
 
 def relax(nodes, lengths):
@@ -80,7 +74,7 @@ def unpack(nodes):
             return nodes, rounds
         # The tree still holds the old nodes. pushed() makes new ones, which relax() may change. The
         # last overlaps go without it, since it opens what they close.
-        nodes = pushed(nodes, contacts)
+        nodes = pushed(tree, nodes, contacts)
         if rounds % 4 == 0 and deepest > 0.02:
             relax(nodes, lengths)
         tree.update(nodes)

@@ -60,19 +60,17 @@ def rod_forces(nodes):
     return forces, energy / 2
 
 
-def contact_forces(contacts, speeds):
+def contact_forces(tree, contacts, speeds):
     """Forces of the contacts on the nodes, (n, 3), and their energy."""
     # [nodes]
-    # An element of a rod is a segment of a fiber. It starts at this node and ends at the next.
-    a = contacts["a"]
-    b = contacts["b"]
-    s, t = contacts["s"][:, np.newaxis], contacts["t"][:, np.newaxis]
+    # The ends of a's element and then those of b's, and which part of the contact each takes.
+    ends, weights = tree.nodes(contacts)
     normal, depth = contacts["normal"], -contacts["distance"]
     # [nodes]
 
     # How b moves relative to a at the contact. The normal points from a to b, so that they part if
     # the first number is positive. The dashpot only slows an approach: contacts never pull.
-    motion = (1 - t) * speeds[b] + t * speeds[b + 1] - (1 - s) * speeds[a] - s * speeds[a + 1]
+    motion = np.einsum("nk,nkc->nc", weights * [-1, -1, 1, 1], speeds[ends])
     parting = np.einsum("nc,nc->n", motion, normal)
     pressure = CONTACT * depth + DASHPOT * np.maximum(-parting, 0)
     # Coulomb's friction jumps where the slip changes its sign. Below the speed SLIP it is smooth.
@@ -83,13 +81,10 @@ def contact_forces(contacts, speeds):
 
     # [share]
     # Each force is shared between the ends of its element by the lever rule, and the other element
-    # takes the same with the opposite sign. A node takes part in many contacts: forces[a] += ...
-    # would keep only one of them, so that bincount sums.
-    node = np.concatenate([a, a + 1, b, b + 1])
-    force = np.concatenate([(s - 1) * on_b, -s * on_b, (1 - t) * on_b, t * on_b])
-    columns = [np.bincount(node, force[:, c], len(speeds)) for c in range(3)]
+    # takes the same with the opposite sign.
+    pushes = tree.accumulate(contacts, on_b)
     # [share]
-    return np.stack(columns, axis=1), CONTACT / 2 * np.sum(depth**2)
+    return pushes, CONTACT / 2 * np.sum(depth**2)
 
 
 nodes = pile()
@@ -113,7 +108,7 @@ for step in range(1, STEPS + 1):
     clock.append(time.perf_counter())
     contacts = tree.contacts()
     clock.append(time.perf_counter())
-    pushes, contact_energy = contact_forces(contacts, speeds.reshape(-1, 3))
+    pushes, contact_energy = contact_forces(tree, contacts, speeds.reshape(-1, 3))
     # [step]
     clock.append(time.perf_counter())
     forces, rod_energy = rod_forces(nodes)
