@@ -29,6 +29,8 @@
 #include "contacts_0_includes.inc"
 #include "contacts_1_includes.inc"
 #include "contacts_2_includes.inc"
+#include "contacts_3_includes.inc"
+#include "contacts_4_includes.inc"
 #include "files_0_includes.inc"
 #include "files_1_includes.inc"
 #include "options_0_includes.inc"
@@ -251,12 +253,45 @@ TEST(Contacts, OfATreeAndOfAManager) {
   std::vector<fcl_fibers::Contact> solved;
   const auto solve = [&](const fcl_fibers::Contact& contact) { solved.push_back(contact); };
 #include "contacts_0_code.inc"
-#include "contacts_1_code.inc"
+#include "contacts_3_code.inc"
   ASSERT_EQ(solved.size(), 2U);
   for (const fcl_fibers::Contact& contact : solved) {
     EXPECT_EQ(contact.b.fiber, 1U);
     EXPECT_NEAR(contact.distance, 0.15 - 2 * 0.1, 1e-12);
   }
+}
+
+TEST(Contacts, OfASolver) {
+  using namespace fcl_fibers;
+  const FiberPolylines scene = crossing();
+  const auto fibers = fiberArrays(scene);
+  FiberTreeOptions options;
+  options.report = Report::kCapsules;
+  options.ignored_neighbors = 1;
+  FiberTree tree(options);
+  tree.build(fibers);
+  const double stiffness = 10;
+  // clang-format off
+#include "contacts_1_code.inc"
+  // clang-format on
+  ASSERT_EQ(contacts.size(), 1U);
+  const ContactNodes<4> nodes = contacts[0].nodes();
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto& force = forces[static_cast<std::size_t>(nodes.points[k])];
+    const double along = (k < 2 ? -1 : 1) * nodes.weights[k] * 10 * 0.05;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(force[axis], along * contacts[0].normal[axis], 1e-12);
+    }
+  }
+  std::vector<double> printed;
+  const auto print = [&](auto a, auto b, auto count, double distance) {
+    printed = {static_cast<double>(a), static_cast<double>(b), static_cast<double>(count),
+               distance};
+  };
+  // clang-format off
+#include "contacts_2_code.inc"
+  // clang-format on
+  EXPECT_THAT(printed, testing::ElementsAre(0, 1, 1, testing::DoubleNear(0.15 - 2 * 0.1, 1e-12)));
 }
 
 TEST(Contacts, PointsAreFibersWithoutLength) {
@@ -273,7 +308,7 @@ TEST(Contacts, PointsAreFibersWithoutLength) {
   tree.build(FiberArrays<double>{axis, 2, its_begin, 1, &its_radius});
   std::vector<SegmentPair> pairs, near;
   // clang-format off
-#include "contacts_2_code.inc"
+#include "contacts_4_code.inc"
   // clang-format on
   cloud.find(Nearest{1.0}, tree, near);
   ASSERT_EQ(pairs.size(), 1U);
