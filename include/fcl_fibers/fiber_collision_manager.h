@@ -69,14 +69,14 @@ struct TimedContact : Contact {
 ///
 /// In between, end points and radii of capsules and spheres move linearly, also those of a capsule
 /// that turns. Any other object counts by its box, whose sides move linearly, and next to a capsule
-/// by its shape if it does not turn, up to 1/4096 of the way that the capsule goes against the
-/// shape. The points of an `fcl::BVHModel` move linearly, also those of a mesh that turns. If it
-/// has other triangles at the end than at the start, it rests where it is at the end. A managed
-/// object counts as it was read, even if it is the one that is passed to `collide` and has moved
-/// since. An object that is not managed, and one of a manager without a step, rests. `distance`
-/// answers for the end of the step. An update that fails leaves the start as it is, and the next
-/// one that succeeds lengthens the same step. clear() ends the step. Unregistering an object takes
-/// it out of the step. A clone has no step.
+/// by its shape if it does not turn, up to 2^-36 of the sizes and distance of the two. The points
+/// of an `fcl::BVHModel` move linearly, also those of a mesh that turns. If it has other triangles
+/// at the end than at the start, it rests where it is at the end. A managed object counts as it was
+/// read, even if it is the one that is passed to `collide` and has moved since. An object that is
+/// not managed, and one of a manager without a step, rests. `distance` answers for the end of the
+/// step. An update that fails leaves the start as it is, and the next one that succeeds lengthens
+/// the same step. clear() ends the step. Unregistering an object takes it out of the step. A clone
+/// has no step.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear.

@@ -198,12 +198,6 @@ FCL_FIBERS_ALWAYS_INLINE Segment capsuleOf(const AffineMap& pose, double radius,
   return {center - half, center + half, frame.scale * radius};
 }
 
-bool isFinite(const Obstacle& obstacle) {
-  double sum = obstacle.offset + obstacle.margin + obstacle.error + maxNorm(obstacle.point);
-  for (const Vec3d& v : obstacle.vector) sum += std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z);
-  return std::isfinite(sum);
-}
-
 }  // namespace
 
 void refuse(std::string_view reason, SegmentId place) {

@@ -30,11 +30,15 @@ struct Pose {
     for (int k = 1; k < K; ++k) v[k - 1] = i.corner[k] - i.corner[0];
   }
   Vec3d corner(int k) const { return k == 0 ? Vec3d{0, 0, 0} : v[k - 1]; }
-  /// The sum of the 1-norms, by which rounding is bounded.
+  /// The sum of the 1-norms, by which rounding is bounded. Of the corners of a box the furthest is
+  /// enough.
   double size() const {
-    double sum = norm1(w) + norm1(u);
-    for (const Vec3d& x : v) sum += norm1(x);
-    return sum;
+    double sum = 0, most = 0;
+    for (const Vec3d& x : v) {
+      sum += norm1(x);
+      most = std::max(most, norm1(x));
+    }
+    return norm1(w) + norm1(u) + (K > 3 ? most : sum);
   }
   friend Pose operator*(double f, Pose p) {
     p.w = f * p.w, p.u = f * p.u;

@@ -8,6 +8,7 @@
 
 #include "geometry/double_double.h"
 #include "geometry/least_distance.h"
+#include "geometry/obstacle_impact.h"
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
 
@@ -339,30 +340,10 @@ bool mayReach(const Box& box, const Obstacle& obstacle, const Vec3d& way, double
   return !(lowest > most) && (is_halfspace || !(highest < -most));
 }
 
-namespace {
-
-/// Looks at the times that differ from `time` by at most `half`. In the whole step no point of the
-/// capsule goes further than `way`.
-bool touchAround(double time, double half, double way, const MovingSegment& capsule,
-                 const Obstacle& obstacle, double margin, double error) {
-  const Segment middle = at(capsule, time);
-  if (!touch(middle, obstacle, margin + half * way, error)) return false;
-  constexpr double kLeastHalf = 0x1p-11;  // FiberCollisionManager promises half of it
-  if (half < kLeastHalf || touch(middle, obstacle, margin, error)) return true;
-  return touchAround(time - half / 2, half / 2, way, capsule, obstacle, margin, error) ||
-         touchAround(time + half / 2, half / 2, way, capsule, obstacle, margin, error);
-}
-
-}  // namespace
-
 bool touch(const MovingSegment& capsule, const Obstacle& obstacle, double margin, double error) {
   if (rests(capsule)) return touch(capsule.end, obstacle, margin, error);
-  const Segment &start = capsule.start, &end = capsule.end;
-  const double way =
-      std::max(norm(end.a - start.a), norm(end.b - start.b)) + std::fabs(end.radius - start.radius);
-  // Positions between the two are rounded more often.
-  const double rounding = endPointError(capsule) + 16 * kEps * (way + std::fabs(end.radius));
-  return touchAround(0.5, 0.5, way * (1 + 16 * kEps), capsule, obstacle, margin, error + rounding);
+  Impact impact;
+  return findImpact(capsule, obstacle, margin, error, /*only_nearer=*/false, impact);
 }
 
 Obstacle inFrame(const FrameChange& change, const Obstacle& obstacle) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include <fcl_fibers/tree_export.h>
@@ -43,6 +44,22 @@ inline bool operator==(const Obstacle& p, const Obstacle& q) {
          p.margin == q.margin;
 }
 
+inline bool isFinite(const Obstacle& obstacle) {
+  double sum = obstacle.offset + obstacle.margin + obstacle.error + maxNorm(obstacle.point);
+  for (const Vec3d& v : obstacle.vector) sum += norm1(v);
+  return std::isfinite(sum);
+}
+
+/// The capsule that an obstacle is, or the box around it, which has no bounds if that is no box.
+inline Segment aroundOf(const Obstacle& obstacle) {
+  if (obstacle.kind == Obstacle::Kind::kAxis) return obstacle.capsule();
+  if (obstacle.kind != Obstacle::Kind::kBox) return Segment::everywhere();
+  const double r = obstacle.margin + obstacle.error;
+  Vec3d reach{r, r, r};
+  for (const Vec3d& v : obstacle.vector) reach = reach + abs(v);
+  return Segment::box(obstacle.point - reach, obstacle.point + reach);
+}
+
 /// An obstacle in another frame. Of one that overflows nothing is known.
 FCL_FIBERS_TREE_EXPORT Obstacle inFrame(const FrameChange& change, const Obstacle& obstacle);
 
@@ -54,7 +71,7 @@ FCL_FIBERS_TREE_EXPORT Obstacle inFrame(const FrameChange& change, const Obstacl
 bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, double error);
 
 /// The same for a capsule that moves while the obstacle rests. The answer may also be wrongly true
-/// if they come nearer than `margin` and a thousandth of the way of the capsule's ends.
+/// if they come nearer than `margin` and the tolerance of findImpact().
 FCL_FIBERS_TREE_EXPORT bool touch(const MovingSegment& capsule, const Obstacle& obstacle,
                                   double margin, double error);
 

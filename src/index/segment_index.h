@@ -11,6 +11,7 @@
 
 #include "geometry/frame.h"
 #include "geometry/moving_segment.h"
+#include "geometry/obstacle.h"
 #include "index/hull_filter.h"
 #include "index/kept_segments.h"
 #include "index/mesh_index.h"
@@ -181,6 +182,12 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// Hands on segments and triangles that may be nearer than the limit. What is inside a solid mesh
   /// comes before, with -1. There is no margin but the mesh's own.
   tree::Visit search(const PosedMesh& mesh, double margin, NearestSink& sink) const;
+
+  /// Finds the pairs of this index with an obstacle in frame() that rests. In each pair b is 0.
+  /// Volumes without segments count if they overlap that of a capsule, or of the box around a box,
+  /// or if they reach a plane or half-space.
+  tree::Visit search(const geometry::Obstacle& obstacle, PairSink& sink,
+                     const Question& question = {}) const;
 
   /// Finds the first time of the step that Question::first asks for, with a partner of search().
   /// Returns 1 if there is none.

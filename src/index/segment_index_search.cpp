@@ -3,6 +3,8 @@
 #include <type_traits>
 
 #include "geometry/moving_box.h"
+#include "geometry/obstacle_impact.h"
+#include "geometry/touch.h"
 #include "index/hull_filter.h"
 #include "index/nearest_filter.h"
 #include "index/segment_index.h"
@@ -13,6 +15,7 @@ namespace {
 
 using geometry::FrameChange;
 using geometry::MovingSegment;
+using geometry::Obstacle;
 using geometry::Segment;
 using tree::Group;
 using tree::Visit;
@@ -114,6 +117,62 @@ Visit SegmentIndex::search(const MovingSegment& segment, double error, Group gro
                                                                                 : buffer.full();
     });
   });
+}
+
+namespace {
+
+/// Keeps the segments that touch an obstacle, and in a step finds when.
+class ObstacleFilter final : public PairFilter {
+ public:
+  ObstacleFilter(const MovingRange& segments, const Obstacle& obstacle, double margin,
+                 const Question& question)
+      : segments_(segments), obstacle_(obstacle), margin_(margin), question_(question) {}
+
+  std::size_t keep(tree::Pair* pairs, std::size_t count,
+                   std::vector<geometry::Impact>& impacts) const override {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (touches(segments_[pairs[i].a], impacts)) pairs[kept++] = pairs[i];
+    }
+    return kept;
+  }
+
+ private:
+  bool touches(const MovingSegment& s, std::vector<geometry::Impact>& impacts) const {
+    const double error = endPointError(s);
+    if (!question_.of_step) return touch(s.end, obstacle_, margin_, error);
+    FirstTime* const first = question_.first;
+    geometry::Impact impact;
+    if (!findImpact(s, obstacle_, margin_, error, first != nullptr, impact)) return false;
+    first != nullptr ? first->add(impact.time) : impacts.push_back(impact);
+    return first == nullptr;
+  }
+
+  const MovingRange segments_;
+  const Obstacle& obstacle_;
+  const double margin_;
+  const Question& question_;
+};
+
+}  // namespace
+
+Visit SegmentIndex::search(const Obstacle& obstacle, PairSink& sink,
+                           const Question& question) const {
+  const Segment around = aroundOf(obstacle);
+  if (!around.isBox() || (!keepsSegments() && isBounded(around))) {
+    return search({around, around}, obstacle.error, tree::kNoGroup, /*second=*/0, sink, question);
+  }
+  const ObstacleFilter filter(movingRange(), obstacle, margin(), question);
+  SerialBuffer buffer(keepsSegments() ? &filter : nullptr, sink);
+  // The volumes have the other half.
+  const double reach = padding();
+  const auto isNear = [&](const geometry::Box& box) {
+    return geometry::isNear(box, around, reach) &&
+           mayReach(box, obstacle, /*way=*/{0, 0, 0}, reach, /*error=*/0);
+  };
+  const Visit visit =
+      visitNear(question.of_step, isNear, [&](SegmentId id) { return buffer.push(id, 0); });
+  return visit == Visit::kStop ? visit : buffer.full();
 }
 
 bool SegmentIndex::isSwampedBy(const SegmentIndex& other) const {

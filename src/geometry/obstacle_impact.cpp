@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/obstacle_impact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/advancement.h"
+
+namespace fcl_fibers::geometry {
+namespace {
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr int kCorners = 8;
+
+/// Calls take(k, x, y, z) for each corner of a box. x, y and z are its sides along the box's
+/// vectors, -1 or 1, which are the bits of its number k.
+template <class Take>
+void forEachCorner(Take&& take) {
+  const auto side = [](int bit) { return bit == 0 ? -1.0 : 1.0; };
+  for (int k = 0; k < kCorners; ++k) take(k, side(k & 1), side(k & 2), side(k & 4));
+}
+
+Instant<kCorners> instant(const Segment& s, const Obstacle& box, double reach) {
+  Instant<kCorners> instant{{s.a, s.b}, {}, s.radius, reach};
+  const auto& v = box.vector;
+  forEachCorner([&](int k, double x, double y, double z) {
+    instant.corner[k] = box.point + (x * v[0] + y * v[1] + z * v[2]);
+  });
+  return instant;
+}
+
+}  // namespace
+
+/// The search for closest points goes to double-double where it has to.
+template <typename T>
+Closest<kCorners> closestOf(const Pose<kCorners>& pose) {
+  Obstacle box{Obstacle::Kind::kBox};
+  for (int i = 0; i < 3; ++i) {
+    box.vector[i] = 0.5 * pose.corner(1 << i);
+    box.point = box.point + box.vector[i];
+  }
+  const ClosestOnBox found = closestPoints({pose.w, pose.w + pose.u, 0}, box);
+  Closest<kCorners> closest{found.s, {}, -1.0 * found.apart};
+  const double(&t)[3] = found.t;
+  forEachCorner([&](int k, double x, double y, double z) {
+    closest.weight[k] = (0.5 + 0.5 * x * t[0]) * (0.5 + 0.5 * y * t[1]) * (0.5 + 0.5 * z * t[2]);
+  });
+  return closest;
+}
+
+namespace {
+
+bool findOnBox(const MovingSegment& p, const Obstacle& box, double near, double errors,
+               bool only_nearer, Impact& impact) {
+  double largest = maxNorm(box.point);
+  for (const Vec3d& v : box.vector) largest += maxNorm(v);
+  const double error = errors + 8 * kEps * largest;  // of the corners
+  const auto at = [&](const Segment& s) {
+    return instant(s, box, (s.radius + near) * (1 + 4 * kEps) + error);
+  };
+  Arrival<kCorners> arrival;
+  if (!findArrival(at(p.start), at(p.end), /*from=*/0, only_nearer, arrival)) return false;
+  impact = {arrival.time, arrival.s, 0};
+  return true;
+}
+
+/// The distance of each end of the axis changes linearly.
+bool findOnPlane(const MovingSegment& p, const Obstacle& plane, double near, double error,
+                 bool only_nearer, Impact& impact) {
+  const Vec3d ends[2][2] = {{p.start.a - plane.point, p.end.a - plane.point},
+                            {p.start.b - plane.point, p.end.b - plane.point}};
+  double gap[2][2], size = 0, rounding = 0;
+  for (int end = 0; end < 2; ++end) {
+    for (int time = 0; time < 2; ++time) {
+      gap[end][time] = dot(plane.vector[0], ends[end][time]) - plane.offset;
+      size = std::max(size, std::fabs(gap[end][time]));
+      rounding += 32 * kEps * (norm1(ends[end][time]) + std::fabs(plane.offset));
+    }
+  }
+  const bool is_plane = plane.kind == Obstacle::Kind::kPlane;
+  const double side = is_plane && std::max(gap[0][0], gap[1][0]) < 0 ? -1 : 1;
+  const double nearest = std::min(side * gap[0][0], side * gap[1][0]);
+  double reach[2], radius[2] = {p.start.radius, p.end.radius};
+  for (int time = 0; time < 2; ++time) {
+    reach[time] = (radius[time] + near) * (1 + 4 * kEps) + error + rounding;
+  }
+  size += norm1(p.start.b - p.start.a) + norm1(p.end.b - p.end.a) + radius[0] + radius[1];
+  if (only_nearer && nearest <= reach[0] + toleranceFor(size) / 2) {
+    if (is_plane && nearest < 0) return false;
+    reach[0] = nearest - 2 * toleranceFor(size);
+    reach[1] = reach[0] + (radius[1] - radius[0]);
+  }
+  impact = {2, 0, 0};
+  for (int end = 0; end < 2; ++end) {
+    const double from = side * gap[end][0] - reach[0], to = side * gap[end][1] - reach[1];
+    // What is not finite touches.
+    const double time = !(from > 0) ? 0 : !(to > 0) ? from / (from - to) * (1 - 4 * kEps) : 2;
+    if (time < impact.time || !(time >= 0)) impact = {time >= 0 ? time : 0, double(end), 0};
+  }
+  return impact.time <= 1;
+}
+
+}  // namespace
+
+bool findImpact(const MovingSegment& capsule, const Obstacle& obstacle, double margin, double error,
+                bool only_nearer, Impact& impact) {
+  const double near = margin + obstacle.margin, errors = error + obstacle.error;
+  const Vec3d(&v)[3] = obstacle.vector;
+  const auto find = [&](const auto& other, auto& found) {
+    return only_nearer ? findApproach(capsule, {other, other}, near, errors, 0, found)
+                       : findImpact(capsule, {other, other}, near, errors, 0, found);
+  };
+  switch (obstacle.kind) {
+    case Obstacle::Kind::kBox:
+      return findOnBox(capsule, obstacle, near, errors, only_nearer, impact);
+    case Obstacle::Kind::kHalfspace:
+    case Obstacle::Kind::kPlane:
+      return findOnPlane(capsule, obstacle, near, errors, only_nearer, impact);
+    case Obstacle::Kind::kAxis: {
+      Segment axis = obstacle.capsule();
+      axis.radius = 0;
+      return find(axis, impact);
+    }
+    case Obstacle::Kind::kTriangle: {
+      TriangleImpact found;
+      if (!find(Triangle{v[0], v[1], v[2]}, found)) return false;
+      impact = {found.time, found.s, 0};
+      return true;
+    }
+    case Obstacle::Kind::kNone:
+      break;
+  }
+  impact = {0, 0, 0};
+  return true;
+}
+
+}  // namespace fcl_fibers::geometry
