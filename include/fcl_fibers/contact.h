@@ -18,14 +18,6 @@
 
 namespace fcl_fibers {
 
-/// A capsule as plain numbers: all points within `radius` of the line from `from` to `to`. Any
-/// frame and unit of length will do. The two ends may be one point.
-struct CapsuleShape {
-  std::array<double, 3> from;  ///< x, y, z of the first end of the axis
-  std::array<double, 3> to;    ///< x, y, z of the second end
-  double radius;               ///< finite, not negative
-};
-
 /// The points that carry a contact, and the part of it that each carries. The weights of a
 /// segment's two points are not negative, and their sum is 1.
 template <std::size_t N>
@@ -222,6 +214,13 @@ template <typename S>
 FCL_FIBERS_TREE_EXPORT MeshContact meshContact(const FiberArrays<S>& fibers,
                                                const TriangleMesh& mesh, TrianglePair pair);
 
+/// Returns the contact of a segment that a FiberTree found and a shape, whether they touch or not.
+/// `fibers` are the arrays of the tree's last build or update. Throws std::invalid_argument as
+/// capsuleContact() of a pair does, and if the shape is refused by FiberTree::visit().
+template <typename S>
+FCL_FIBERS_TREE_EXPORT ShapeContact shapeContact(const FiberArrays<S>& fibers, const Shape& shape,
+                                                 std::int32_t segment);
+
 /// Returns the contact of two capsules, whether they touch or not. The closed form is that of
 /// Ericson, Real-Time Collision Detection, 2005, section 5.1.9, without its determinant, which is
 /// noise if the axes are nearly parallel.
@@ -246,8 +245,8 @@ FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<S>& a, const Fib
 ///@}
 
 /// Returns the contact of an impact that a FiberTree found, at its time. `start` and `end` are the
-/// arrays of the tree's last update, and the mesh is the one that was asked about. For an impact of
-/// two trees, those of both are passed.
+/// arrays of the tree's last update, and the mesh or shape is the one that was asked about. For an
+/// impact of two trees, those of both are passed.
 /// Throws std::invalid_argument as capsuleContact() and meshContact() of a pair do, and if the time
 /// is not in [0, 1].
 ///@{
@@ -263,6 +262,10 @@ template <typename S>
 FCL_FIBERS_TREE_EXPORT MeshContact impactContact(const FiberArrays<S>& start,
                                                  const FiberArrays<S>& end, const MeshStep& mesh,
                                                  const MeshImpact& impact);
+template <typename S>
+FCL_FIBERS_TREE_EXPORT ShapeContact impactContact(const FiberArrays<S>& start,
+                                                  const FiberArrays<S>& end, const Shape& shape,
+                                                  const ShapeImpact& impact);
 ///@}
 
 }  // namespace fcl_fibers

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <utility>
 
+#include <fcl_fibers/shapes.h>
 #include <fcl_fibers/triangle_mesh.h>
 
 namespace fcl_fibers {
@@ -51,10 +51,10 @@ struct MeshImpact {
   double time = 0;    ///< in [0, 1]; 0 if they touch at the start
 };
 
-/// An axis-aligned box; low <= high on each axis.
-struct BoxShape {
-  std::array<double, 3> low;   ///< x, y, z of the low corner
-  std::array<double, 3> high;  ///< x, y, z of the high corner
+/// The first touch of a segment and a shape in a step.
+struct ShapeImpact {
+  std::int32_t segment = -1;  ///< index of the point at which the segment starts
+  double time = 0;            ///< in [0, 1]; 0 if they touch at the start
 };
 
 /// A mesh that moves in a step: each corner moves linearly from its place in `start` to its place
@@ -69,18 +69,34 @@ struct MeshStep {
 
 class FiberTree;
 struct BareContact;
-struct CapsuleShape;
 struct Contact;
 struct ContactForces;
 struct MeshContact;
 struct PointSums;
+struct ShapeContact;
 template <typename S>
 struct FiberArrays;
 
 /// @name Questions
 /// What FiberTree::visit() and find() can be asked. A question is asked about the segments of the
 /// tree and a partner. The functions found(), which nothing defines, tell of which partners, and
-/// what is found of each.
+/// what is found of each:
+///
+/// |                    | FiberTree     | TriangleMesh   | MeshStep     | Shape          |
+/// | ------------------ | ------------- | -------------- | ------------ | -------------- |
+/// | `Pairs`            | `SegmentPair` | `TrianglePair` | none (1)     | the segment    |
+/// | `Contacts`         | `Contact`     | `MeshContact`  | none (1)     | `ShapeContact` |
+/// | `TouchingSegments` | none (2)      | the segment    | none (1)     | none (2)       |
+/// | `Nearest`          | `SegmentPair` | `TrianglePair` | none (1)     | none (3)       |
+/// | closest()          | `Contact`     | `MeshContact`  | none (1)     | none (3)       |
+/// | `Impacts`          | `Impact`      | none (4)       | `MeshImpact` | `ShapeImpact`  |
+/// | safeStep()         | a time        | none (4)       | a time       | a time         |
+/// | `MovingPairs`      | `SegmentPair` | none (5)       | none (5)     | none (5)       |
+///
+/// (1) The question is not about a step, so the partner is one of the two meshes. (2) A pair of two
+/// trees has a segment on both sides, and `Pairs` of a shape are the segments themselves.
+/// (3) shapeContact() tells the distance of each segment. (4) A mesh that rests is
+/// `MeshStep{mesh, mesh}`. (5) They are for a program's own test of two segments.
 ///@{
 
 /// What touches: it is no further away than the radii and the margin allow. If the tree has
@@ -93,9 +109,10 @@ struct Pairs {
   /// with its nearest triangle. Segments at roots, and those that may not meet the mesh, are left
   /// out.
   static TrianglePair found(const TriangleMesh&);
-  /// A sphere is a capsule of length zero. Roots and categories do not matter.
-  static std::int32_t found(const CapsuleShape&);
-  static std::int32_t found(const BoxShape&);  ///< what is in the box touches it too
+  /// The segment. What is in the shape touches it too. Roots and categories do not matter, because
+  /// a program chooses the shapes that it asks about. If volumes count, that of a box is the least
+  /// along the axes, and that of a plane or half-space itself.
+  static std::int32_t found(const Shape&);
 
   /// In which order. Unless it is kFound, visit() finds all pairs before it hands on the first.
   Order order = Order::kFound;
@@ -132,6 +149,8 @@ struct Impacts {
   /// A segment that is wholly inside a solid mesh at the start is found once, at time 0 with its
   /// nearest triangle.
   static MeshImpact found(const MeshStep&);
+  /// The shape rests. The size of a box is that of its edges, and a plane has none.
+  static ShapeImpact found(const Shape&);
 };
 
 /// Pairs that may touch during the step: the boxes of both overlap at one common time, if each side
@@ -150,6 +169,7 @@ struct Contacts {
   Order order = Order::kFound;                    ///< as in Pairs
   static Contact found(const FiberTree&);         ///< of two segments
   static MeshContact found(const TriangleMesh&);  ///< of a segment and a triangle
+  static ShapeContact found(const Shape&);        ///< of a segment and the shape
 };
 /// @cond
 template <typename S>

@@ -126,6 +126,7 @@ struct TreeVolume {
 ///     tree.build(fibers);
 ///     tree.visit(Pairs{}, [&](SegmentPair pair) { handle(capsuleContact(fibers, pair)); });
 ///     tree.find(TouchingSegments{}, head, segments);
+///     tree.find(Pairs{}, HalfSpaceShape{{0, 0, 1}, 0}, segments);  // at or below the ground
 ///
 /// Points are fibers of one segment without length, whose two points are one: a tree of them finds
 /// the nearest segment of each point, and all segments that hold it.
@@ -172,9 +173,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   void update(const FiberArrays<S>& start, const FiberArrays<S>& end);
 
   /// Calls visit() once for everything that the question finds of the partner: this tree or another
-  /// one, a mesh, a mesh that moves, a capsule or a box. `visit` returns nothing or a bool; true
-  /// ends the query. The call returns whether `visit` ended it. The order depends only on the
-  /// arrays that were passed to the builds and updates, and on the poses of meshes.
+  /// one, a mesh, a mesh that moves, or a shape. `visit` returns nothing or a bool; true ends the
+  /// query. The call returns whether `visit` ended it. The order depends only on the arrays that
+  /// were passed to the builds and updates, and on the poses of meshes.
   ///
   /// If another tree is the partner, a is a segment of this tree and b one of the other. The report
   /// and the margin of this tree count. No pair is left out as neighbours or as one group. For
@@ -188,8 +189,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///   not fit each other;
   /// * a tree has Report::kVolumes, so that it keeps no capsules, and the question is another one
   ///   than MovingPairs, or Pairs of trees and shapes;
-  /// * a number of a shape is NaN or its magnitude exceeds 2^1000, its radius is negative or its
-  ///   low exceeds its high;
+  /// * a number of a shape is NaN or its magnitude exceeds 2^1000, its radius is negative, its low
+  ///   exceeds its high, its normal is 0, or its rotation is none;
   /// * a mesh or a shape is so far from the fibers that its coordinates overflow.
   template <class Question, class Partner, class Visitor>
   bool visit(const Question& question, const Partner& partner, Visitor&& visit) const {
@@ -206,10 +207,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
       return false;
     };
     if constexpr (std::is_constructible_v<Questions, const Question&>) {
-      return ask({"visit", question, &partner}, std::ref(hand));
+      return ask({"visit", question, &static_cast<const Asked<Partner>&>(partner)}, std::ref(hand));
     } else {
       std::vector<Found> contacts;
-      findContacts(question, partner, contacts);
+      findContacts<Asked<Partner>>(question, partner, contacts);
       return hand(contacts.data(), contacts.size());
     }
   }
@@ -233,10 +234,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
         found.insert(found.end(), begin, begin + count);
         return false;
       };
-      ask({"find", question, &partner}, std::ref(append));
+      ask({"find", question, &static_cast<const Asked<Partner>&>(partner)}, std::ref(append));
       if (!has_begun) found.clear();
     } else {
-      findContacts(question, partner, found);
+      findContacts<Asked<Partner>>(question, partner, found);
     }
   }
   /// Does the same for this tree as the partner.
@@ -248,8 +249,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// Returns a time of the step up to which none of the Pairs starts to touch, or 1 if none
   /// does. A pair that touches at the start counts once it comes nearer, so the result is close to
   /// 0, such as 1e-9, if one of them does so at first. To leave them out, take the least time above
-  /// 0 of Impacts, or pass radii to update() with which nothing touches at the start. The lesser of
-  /// the results for several partners, trees and meshes that move, is safe for all.
+  /// 0 of Impacts, or pass radii to update() with which nothing touches at the start. The least of
+  /// the results for several partners, such as trees, meshes and shapes, is safe for all.
   ///
   /// The time is as little too early as that of an impact, and never too late. What touches at the
   /// start, or misses that by less than rounding, counts once it is nearer than it was there by
@@ -258,7 +259,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///
   /// A segment that is wholly inside a solid mesh at the start, or whose axis crosses a triangle
   /// there, cannot come nearer to it: the former does not count, the latter does for other
-  /// triangles and if its radius grows.
+  /// triangles and if its radius grows. An axis that is in a box, crosses a plane, or crosses that
+  /// of a capsule cannot come nearer to it either. In a half-space it comes nearer as it sinks.
   ///
   /// A program that moves only so far meets the same pair again at once. The pairs that touch next
   /// are the impacts whose time is little more than this one. Throws as Impacts do.
@@ -270,7 +272,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
       time = *static_cast<const double*>(found);
       return true;
     };
-    ask({"safeStep", SafeStep{}, &partner}, std::ref(keep));
+    ask({"safeStep", SafeStep{}, &static_cast<const Asked<Partner>&>(partner)}, std::ref(keep));
     return time;
   }
   double safeStep() const { return safeStep(*this); }  ///< for the pairs of this tree
@@ -305,7 +307,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   template <typename S, class Partner, class Found>
   void writeContacts(const Contacts<S>& question, const Partner& partner,
                      const FoundBy<Pairs, Partner>* pairs, std::size_t count,
-                     Found* contacts) const;
+                     Found* contacts) const {
+    writeAsked<Asked<Partner>>(question, partner, pairs, count, contacts);
+  }
 
   /// Adds the forces at contacts onto the points that carry them, by the weights of
   /// BareContact::nodes(). A force acts on the side b of its contact, which is the mesh or the
@@ -367,33 +371,37 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   struct SafeStep {
     static double found(const FiberTree&);
     static double found(const MeshStep&);
+    static double found(const Shape&);
   };
   using Questions = std::variant<Pairs, TouchingSegments, Nearest, Impacts, MovingPairs, SafeStep>;
   struct Query {
     const char* call;  ///< the function that was called
     Questions question;
-    std::variant<const FiberTree*, const TriangleMesh*, const MeshStep*, const CapsuleShape*,
-                 const BoxShape*>
-        partner;
+    std::variant<const FiberTree*, const TriangleMesh*, const MeshStep*, const Shape*> partner;
   };
+  /// A shape of any type is asked about as a Shape.
+  template <class Partner>
+  using Asked = std::conditional_t<std::is_convertible_v<Partner, Shape>, Shape, Partner>;
   /// Takes a run of FoundBy<the question, the partner>. True ends the query.
   using Take = std::function<bool(const void* found, std::size_t count)>;
   bool ask(const Query& query, const Take& take) const;
-  template <typename S, class Partner, class Found>
+  template <class Partner, typename S, class Found>
   void findContacts(const Contacts<S>& question, const Partner& partner,
                     std::vector<Found>& contacts) const;
   template <typename S, class Partner, class Found>
   void findClosest(const Contacts<S>& question, const Partner& partner, Found& closest) const;
+  template <class Partner, typename S, class Found>
+  void writeAsked(const Contacts<S>& question, const Partner& partner,
+                  const FoundBy<Pairs, Partner>* pairs, std::size_t count, Found* contacts) const;
 
   template <class Question, class Partner>
   static constexpr void requireAnswer() {
     static_assert(
         kHasAnswer<Question, Partner>,
-        "This question is not asked of this partner. There are: Pairs of a FiberTree, "
-        "TriangleMesh, CapsuleShape or BoxShape; TouchingSegments of a TriangleMesh; Nearest and "
-        "closest() of a FiberTree or TriangleMesh; Impacts and safeStep() of a FiberTree or "
-        "MeshStep; MovingPairs of a "
-        "FiberTree; Contacts of a FiberTree or TriangleMesh.");
+        "This question is not asked of this partner. There are: Pairs and Contacts of a "
+        "FiberTree, TriangleMesh or Shape; TouchingSegments of a TriangleMesh; Nearest and "
+        "closest() of a FiberTree or TriangleMesh; Impacts and safeStep() of a FiberTree, MeshStep "
+        "or Shape; MovingPairs of a FiberTree. The table in fiber_questions.h tells why.");
   }
 
   class FCL_FIBERS_TREE_NO_EXPORT Impl;

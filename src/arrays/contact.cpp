@@ -7,6 +7,7 @@
 
 #include "arrays/fiber_arrays.h"
 #include "arrays/located_segment.h"
+#include "arrays/shapes.h"
 #include "arrays/triangle_mesh.h"
 #include "fibers/capsule_contact.h"
 #include "fibers/mesh_contacts.h"
@@ -92,12 +93,27 @@ MeshContact meshContact(const FiberArrays<S>& fibers, const TriangleMesh& mesh, 
   return found;
 }
 
+template <typename S>
+ShapeContact shapeContact(const FiberArrays<S>& fibers, const Shape& shape, std::int32_t segment) {
+  constexpr char kShape[] = "shapeContact";
+  arrays::requireShape(
+      shape, [&](const std::string& what) { fibers::throwInvalidArgument(kShape, what); });
+  const arrays::LocatedSegment capsule = arrays::locate(kShape, fibers, segment);
+  const geometry::Vec3d& origin = capsule.segment.a;
+  const geometry::Frame near{origin, 1};
+  ShapeContact contact =
+      arrays::shapeContact(near.fromWorld(capsule.segment), origin, capsule.place, shape);
+  contact.segment = segment;
+  return contact;
+}
+
 #define FCL_FIBERS_INSTANTIATE(S)                                                             \
   template arrays::LocatedSegment arrays::locate(const char*, const FiberArrays<S>&,          \
                                                  std::int32_t);                               \
   template Contact capsuleContact(const FiberArrays<S>&, SegmentPair);                        \
   template Contact capsuleContact(const FiberArrays<S>&, const FiberArrays<S>&, SegmentPair); \
-  template MeshContact meshContact(const FiberArrays<S>&, const TriangleMesh&, TrianglePair);
+  template MeshContact meshContact(const FiberArrays<S>&, const TriangleMesh&, TrianglePair); \
+  template ShapeContact shapeContact(const FiberArrays<S>&, const Shape&, std::int32_t);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

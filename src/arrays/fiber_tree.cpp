@@ -19,11 +19,11 @@
 #include "arrays/nearest.h"
 #include "arrays/pair_order.h"
 #include "arrays/pair_sinks.h"
+#include "arrays/shapes.h"
 #include "arrays/triangle_mesh.h"
 #include "fibers/capsule_contact.h"
 #include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
-#include "geometry/obstacle.h"
 #include "index/posed_mesh.h"
 #include "index/segment_index.h"
 #include "joined_text.h"
@@ -33,8 +33,6 @@ namespace {
 
 using arrays::refuse;
 using arrays::Take;
-using geometry::Obstacle;
-using geometry::Segment;
 using tree::Visit;
 
 /// In the order of FiberTree::Questions. That of safeStep() is named by the call.
@@ -68,6 +66,9 @@ struct Call {
   }
   void require(const char* problem) const {
     if (problem != nullptr) refuse(problem);
+  }
+  void require(const Shape& shape) const {
+    arrays::requireShape(shape, [this](const std::string& what) { refuse(what); });
   }
 };
 
@@ -135,6 +136,8 @@ class FiberTree::Impl {
       if (isOf(partner)) return;
       if (question.others == nullptr) call.refuse("give Contacts the fibers of the other tree too");
       partner.impl()->requireArrays(call, *question.others);
+    } else if constexpr (std::is_same_v<Partner, Shape>) {
+      call.require(partner);
     }
   }
   template <typename S>
@@ -178,6 +181,17 @@ class FiberTree::Impl {
         contacts[i] =
             contact(contact.frame().fromWorld(capsule.segment), capsule.place, pairs[i].triangle);
         contacts[i].segment = pairs[i].segment;
+        contacts[i].layout = index_.layout();
+      }
+    });
+  }
+
+  template <typename S>
+  void compute(const Call& /*call*/, const Contacts<S>& question, const Shape& shape,
+               const std::int32_t* segments, std::size_t count, ShapeContact* contacts) const {
+    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        contacts[i] = shapeContact(question.fibers, shape, segments[i]);
         contacts[i].layout = index_.layout();
       }
     });
@@ -304,50 +318,24 @@ class FiberTree::Impl {
     }
   }
 
-  bool search(const Call& call, Pairs, const CapsuleShape& capsule, const Take& take) const {
-    return searchShape(inFrame(call, "capsule", arrays::toSegment(capsule)), take, kAll);
-  }
-
-  bool search(const Call& call, Pairs, const BoxShape& box, const Take& take) const {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (box.low[axis] > box.high[axis]) {
-        call.refuse("low exceeds high of the box; exchange the two");
-      }
+  template <class Question>
+  bool search(const Call& call, Question, const Shape& partner, const Take& take) const {
+    call.require(partner);
+    const geometry::Obstacle shape = arrays::obstacleOf(partner, index_->frame());
+    if (!isFinite(shape)) {
+      call.refuse(
+          "the coordinates of the shape overflow in the unit of the fibers; bring it nearer to "
+          "them");
     }
-    Segment diagonal = inFrame(call, "box", arrays::toSegment({box.low, box.high, 0}));
-    diagonal.radius = Segment::box({}, {}).radius;
-    const geometry::Vec3d half = 0.5 * diagonal.b - 0.5 * diagonal.a;
-    Obstacle obstacle{Obstacle::Kind::kBox, midpoint(diagonal)};
-    obstacle.vector[0].x = half.x;
-    obstacle.vector[1].y = half.y;
-    obstacle.vector[2].z = half.z;
-    obstacle.error = endPointError(diagonal);
-    return searchShape(diagonal, take, [&](std::int32_t id) {
-      if (!index_->keepsSegments()) return true;
-      const Segment capsule = index_->segment(id);
-      return touch(capsule, obstacle, index_->margin(), endPointError(capsule));
-    });
-  }
-
-  template <class Keep>
-  bool searchShape(const Segment& shape, const Take& take, const Keep& keep) const {
-    return handOn<std::int32_t>(take, keep, [&](auto& sink) {
-      return index_->search({shape, shape}, endPointError(shape), tree::kNoGroup, /*second=*/0,
-                            sink);
-    });
-  }
-
-  /// Takes a capsule, or the diagonal of a box, to the frame of the index.
-  Segment inFrame(const Call& call, const char* name, const Segment& shape) const {
-    const auto refuseIt = [&](const char* problem) {
-      call.refuse(std::string("the ") + name + ": " + problem);
-    };
-    if (const char* problem = fibers::contactProblem(shape)) refuseIt(problem);
-    const Segment moved = index_->frame().fromWorld(shape);
-    if (!isFinite(moved)) {
-      refuseIt("its coordinates overflow in the unit of the fibers; bring it nearer to them");
+    if constexpr (std::is_same_v<Question, SafeStep>) {
+      const double time = index_->firstTime(nullptr, shape);
+      return take(&time, 1);
+    } else {
+      index::Question asked;
+      asked.of_step = kNeedsStep<Question>;
+      return handOn<FoundBy<Question, Shape>>(
+          take, kAll, [&](auto& sink) { return index_->search(shape, sink, asked); });
     }
-    return moved;
   }
 
   /// The mesh for a search. Refuses what no search can be right for.
@@ -399,7 +387,7 @@ bool FiberTree::ask(const Query& query, const Take& take) const {
       query.question, query.partner);
 }
 
-template <typename S, class Partner, class Found>
+template <class Partner, typename S, class Found>
 void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner,
                              std::vector<Found>& contacts) const {
   const std::shared_ptr<const Impl> held = impl();
@@ -431,10 +419,10 @@ void FiberTree::findClosest(const Contacts<S>& question, const Partner& partner,
   }
 }
 
-template <typename S, class Partner, class Found>
-void FiberTree::writeContacts(const Contacts<S>& question, const Partner& partner,
-                              const FoundBy<Pairs, Partner>* pairs, std::size_t count,
-                              Found* contacts) const {
+template <class Partner, typename S, class Found>
+void FiberTree::writeAsked(const Contacts<S>& question, const Partner& partner,
+                           const FoundBy<Pairs, Partner>* pairs, std::size_t count,
+                           Found* contacts) const {
   const std::shared_ptr<const Impl> held = impl();
   const Call call{"writeContacts", nullptr};
   held->requireContacts(call, question, partner);
@@ -483,26 +471,31 @@ void FiberTree::update(const FiberArrays<S>& start, const FiberArrays<S>& end) {
 }
 
 // clang hides what has a type of ours among its template arguments, unless it is marked again.
-#define FCL_FIBERS_INSTANTIATE(S)                                                                  \
-  template void FiberTree::build(const FiberArrays<S>&);                                           \
-  template void FiberTree::update(const FiberArrays<S>&);                                          \
-  template void FiberTree::update(const FiberArrays<S>&, const FiberArrays<S>&);                   \
-  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                    \
-      const Contacts<S>&, const FiberTree&, std::vector<Contact>&) const;                          \
-  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                    \
-      const Contacts<S>&, const FiberTree&, std::vector<BareContact>&) const;                      \
-  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                    \
-      const Contacts<S>&, const TriangleMesh&, std::vector<MeshContact>&) const;                   \
-  template FCL_FIBERS_TREE_EXPORT void FiberTree::findClosest(const Contacts<S>&,                  \
-                                                              const FiberTree&, Contact&) const;   \
-  template FCL_FIBERS_TREE_EXPORT void FiberTree::findClosest(                                     \
-      const Contacts<S>&, const TriangleMesh&, MeshContact&) const;                                \
-  template void FiberTree::writeContacts(const Contacts<S>&, const FiberTree&, const SegmentPair*, \
-                                         std::size_t, Contact*) const;                             \
-  template void FiberTree::writeContacts(const Contacts<S>&, const FiberTree&, const SegmentPair*, \
-                                         std::size_t, BareContact*) const;                         \
-  template void FiberTree::writeContacts(const Contacts<S>&, const TriangleMesh&,                  \
-                                         const TrianglePair*, std::size_t, MeshContact*) const;
+#define FCL_FIBERS_INSTANTIATE(S)                                                                 \
+  template void FiberTree::build(const FiberArrays<S>&);                                          \
+  template void FiberTree::update(const FiberArrays<S>&);                                         \
+  template void FiberTree::update(const FiberArrays<S>&, const FiberArrays<S>&);                  \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                   \
+      const Contacts<S>&, const FiberTree&, std::vector<Contact>&) const;                         \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                   \
+      const Contacts<S>&, const FiberTree&, std::vector<BareContact>&) const;                     \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                   \
+      const Contacts<S>&, const TriangleMesh&, std::vector<MeshContact>&) const;                  \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findClosest(const Contacts<S>&,                 \
+                                                              const FiberTree&, Contact&) const;  \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findClosest(                                    \
+      const Contacts<S>&, const TriangleMesh&, MeshContact&) const;                               \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(const Contacts<S>&, const Shape&,  \
+                                                               std::vector<ShapeContact>&) const; \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::writeAsked(                                     \
+      const Contacts<S>&, const FiberTree&, const SegmentPair*, std::size_t, Contact*) const;     \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::writeAsked(                                     \
+      const Contacts<S>&, const FiberTree&, const SegmentPair*, std::size_t, BareContact*) const; \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::writeAsked(                                     \
+      const Contacts<S>&, const TriangleMesh&, const TrianglePair*, std::size_t, MeshContact*)    \
+      const;                                                                                      \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::writeAsked(                                     \
+      const Contacts<S>&, const Shape&, const std::int32_t*, std::size_t, ShapeContact*) const;
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

@@ -2,6 +2,7 @@
 #include <fcl_fibers/contact.h>
 
 #include "arrays/located_segment.h"
+#include "arrays/shapes.h"
 #include "arrays/triangle_mesh.h"
 #include "fibers/capsule_contact.h"
 #include "fibers/mesh_contacts.h"
@@ -78,12 +79,28 @@ MeshContact impactContact(const FiberArrays<S>& start, const FiberArrays<S>& end
   return contact;
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                              \
-  template Contact impactContact(const FiberArrays<S>&, const FiberArrays<S>&, const Impact&); \
-  template Contact impactContact(const FiberArrays<S>&, const FiberArrays<S>&,                 \
-                                 const FiberArrays<S>&, const FiberArrays<S>&, const Impact&); \
-  template MeshContact impactContact(const FiberArrays<S>&, const FiberArrays<S>&,             \
-                                     const MeshStep&, const MeshImpact&);
+template <typename S>
+ShapeContact impactContact(const FiberArrays<S>& start, const FiberArrays<S>& end,
+                           const Shape& shape, const ShapeImpact& impact) {
+  checkTime(impact.time);
+  arrays::requireShape(shape,
+                       [&](const std::string& what) { fibers::throwInvalidArgument(kCall, what); });
+  const LocatedMotion capsule = locate(start, end, impact.segment);
+  const Vec3d origin = capsule.segment.start.a;
+  ShapeContact contact = arrays::shapeContact(at(relativeTo(origin, capsule.segment), impact.time),
+                                              origin, capsule.place, shape);
+  contact.segment = impact.segment;
+  return contact;
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                                 \
+  template Contact impactContact(const FiberArrays<S>&, const FiberArrays<S>&, const Impact&);    \
+  template Contact impactContact(const FiberArrays<S>&, const FiberArrays<S>&,                    \
+                                 const FiberArrays<S>&, const FiberArrays<S>&, const Impact&);    \
+  template MeshContact impactContact(const FiberArrays<S>&, const FiberArrays<S>&,                \
+                                     const MeshStep&, const MeshImpact&);                         \
+  template ShapeContact impactContact(const FiberArrays<S>&, const FiberArrays<S>&, const Shape&, \
+                                      const ShapeImpact&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

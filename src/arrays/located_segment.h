@@ -11,8 +11,8 @@
 namespace fcl_fibers::arrays {
 
 inline geometry::Segment toSegment(const CapsuleShape& capsule) {
-  const auto& [from, to, radius] = capsule;
-  return {{from[0], from[1], from[2]}, {to[0], to[1], to[2]}, radius};
+  const auto& [start, end, radius] = capsule;
+  return {{start[0], start[1], start[2]}, {end[0], end[1], end[2]}, radius};
 }
 
 struct LocatedSegment {

@@ -65,6 +65,8 @@ FCL_FIBERS_ALWAYS_INLINE Found toPublic(const tree::Pair& pair, const geometry::
     return {{pair.a, pair.b}, impact.time, impact.s, impact.t};
   } else if constexpr (std::is_same_v<Found, MeshImpact>) {
     return {{pair.a, pair.b}, impact.time};
+  } else if constexpr (std::is_same_v<Found, ShapeImpact>) {
+    return {pair.a, impact.time};
   } else {
     return {pair.a, pair.b};
   }

@@ -115,12 +115,26 @@ MeshIndex makeIndex(const MeshArrays<S>& arrays, TriangleMesh::Kind kind) {
   return mesh;
 }
 
+}  // namespace
+
 AffineMap toAffineMap(const MeshPose& pose) {
   const auto& [r, t] = pose;
   return {{{r[0], r[3], r[6]}, {r[1], r[4], r[7]}, {r[2], r[5], r[8]}}, {t[0], t[1], t[2]}};
 }
 
-}  // namespace
+const char* poseProblem(const MeshPose& pose) {
+  constexpr double kTolerance = 5e-3;
+  const auto& [x, y, z] = toAffineMap(pose).column;
+  if (!isRotation(x, y, z, kTolerance)) {
+    return "the rotation is not orthonormal or is a reflection; give a proper rotation";
+  }
+  for (const double coordinate : pose.position) {
+    if (!(std::fabs(coordinate) <= kLargest)) {
+      return "the position is NaN or beyond 2^1000; give smaller, finite numbers";
+    }
+  }
+  return nullptr;
+}
 
 struct TriangleMesh::Impl {
   MeshIndex index;
@@ -170,18 +184,8 @@ void TriangleMesh::update(const MeshArrays<double>& arrays) {
 }
 
 void TriangleMesh::setPose(const MeshPose& pose) {
-  constexpr double kTolerance = 5e-3;
-  const auto& [x, y, z] = toAffineMap(pose).column;
-  if (!isRotation(x, y, z, kTolerance)) {
-    throwInvalidArgument(
-        "TriangleMesh::setPose",
-        "the rotation is not orthonormal or is a reflection; give a proper rotation");
-  }
-  for (const double x : pose.position) {
-    if (!(std::fabs(x) <= kLargest)) {
-      throwInvalidArgument("TriangleMesh::setPose",
-                           "the position is NaN or beyond 2^1000; give smaller, finite numbers");
-    }
+  if (const char* problem = poseProblem(pose)) {
+    throwInvalidArgument("TriangleMesh::setPose", problem);
   }
   pose_ = pose;
 }

@@ -3,6 +3,7 @@
 
 #include <fcl_fibers/triangle_mesh.h>
 
+#include "geometry/affine_map.h"
 #include "index/posed_mesh.h"
 
 namespace fcl_fibers {
@@ -12,6 +13,11 @@ struct MeshReader {
   /// The result borrows the triangles from the mesh until that is updated or destroyed.
   static index::PlacedMesh placed(const TriangleMesh& mesh);
 };
+
+geometry::AffineMap toAffineMap(const MeshPose& pose);
+
+/// Why a pose is refused and what to do, or nullptr if it is valid.
+const char* poseProblem(const MeshPose& pose);
 
 /// Throws std::invalid_argument if the mesh has no such triangle.
 void requireTriangle(const char* call, const TriangleMesh& mesh, std::int32_t triangle);

@@ -47,14 +47,9 @@ MeshContact MeshContacts::operator()(const Segment& capsule, FiberSegment place,
 
 MeshContact publicContact(const TriangleContact& contact, FiberSegment place, index::TriangleId id,
                           bool is_inside) {
-  const auto toArray = [](const Vec3d& v) { return std::array{v.x, v.y, v.z}; };
   MeshContact found;
   found.place = place;
-  found.s = contact.s;
-  found.distance = contact.distance;
-  found.point_a = toArray(contact.point_a);
-  found.point_b = toArray(contact.point_b);
-  found.normal = toArray(contact.normal);
+  setContact(contact, found);
   found.triangle = id;
   found.solid = is_inside;
   found.weights = {contact.weight[0], contact.weight[1], contact.weight[2]};

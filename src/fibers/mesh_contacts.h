@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include <fcl_fibers/contact.h>
@@ -11,6 +12,17 @@
 #include "index/posed_mesh.h"
 
 namespace fcl_fibers::fibers {
+
+/// Takes the numbers of a contact, whose points are in the world.
+template <class Found>
+void setContact(const Found& found, ShapeContact& contact) {
+  const auto toArray = [](const geometry::Vec3d& v) { return std::array{v.x, v.y, v.z}; };
+  contact.s = found.s;
+  contact.distance = found.distance;
+  contact.point_a = toArray(found.point_a);
+  contact.point_b = toArray(found.point_b);
+  contact.normal = toArray(found.normal);
+}
 
 /// @param is_inside  whether the capsule is inside a solid
 MeshContact publicContact(const geometry::TriangleContact& contact, FiberSegment place,

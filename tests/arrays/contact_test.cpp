@@ -35,20 +35,20 @@ CapsuleShape capsule(const Eigen::Vector3d& from, const Eigen::Vector3d& to, dou
 }
 
 Real trueAxisDistance(const CapsuleShape& a, const CapsuleShape& b) {
-  return test::segmentDistance(toPoint(a.from), toPoint(a.to), toPoint(b.from), toPoint(b.to));
+  return test::segmentDistance(toPoint(a.start), toPoint(a.end), toPoint(b.start), toPoint(b.end));
 }
 
 /// Distance of the axes and their lengths together, as 1-norms.
 Real extentOf(const CapsuleShape& a, const CapsuleShape& b) {
-  return (toPoint(b.from) - toPoint(a.from)).lpNorm<1>() +
-         (toPoint(a.to) - toPoint(a.from)).lpNorm<1>() +
-         (toPoint(b.to) - toPoint(b.from)).lpNorm<1>();
+  return (toPoint(b.start) - toPoint(a.start)).lpNorm<1>() +
+         (toPoint(a.end) - toPoint(a.start)).lpNorm<1>() +
+         (toPoint(b.end) - toPoint(b.start)).lpNorm<1>();
 }
 
 Real largestCoordinate(const CapsuleShape& a, const CapsuleShape& b) {
   return std::max(
-      {toPoint(a.from).lpNorm<Eigen::Infinity>(), toPoint(a.to).lpNorm<Eigen::Infinity>(),
-       toPoint(b.from).lpNorm<Eigen::Infinity>(), toPoint(b.to).lpNorm<Eigen::Infinity>()});
+      {toPoint(a.start).lpNorm<Eigen::Infinity>(), toPoint(a.end).lpNorm<Eigen::Infinity>(),
+       toPoint(b.start).lpNorm<Eigen::Infinity>(), toPoint(b.end).lpNorm<Eigen::Infinity>()});
 }
 
 /// All that contact.h says of a contact.
@@ -56,7 +56,8 @@ void expectRight(const CapsuleShape& a, const CapsuleShape& b, const Contact& co
   const Real distance = trueAxisDistance(a, b), extent = extentOf(a, b);
   const Real coordinates = largestCoordinate(a, b);
   const Real reach = Real(a.radius) + Real(b.radius);
-  const Point p0 = toPoint(a.from), p1 = toPoint(a.to), q0 = toPoint(b.from), q1 = toPoint(b.to);
+  const Point p0 = toPoint(a.start), p1 = toPoint(a.end), q0 = toPoint(b.start),
+              q1 = toPoint(b.end);
 
   ASSERT_TRUE(contact.s >= 0 && contact.s <= 1) << contact.s;
   ASSERT_TRUE(contact.t >= 0 && contact.t <= 1) << contact.t;
@@ -116,7 +117,7 @@ TEST(CapsuleContact, AgreesWithAnEnumerationInLongDouble) {
     auto [a, b] = anyPair(random, i);
     const int power = powers[random.below(16)];
     for (CapsuleShape* c : {&a, &b}) {
-      for (auto* end : {&c->from, &c->to}) {
+      for (auto* end : {&c->start, &c->end}) {
         for (double& x : *end) x = std::ldexp(x, power);
       }
       c->radius = std::ldexp(c->radius, power);
@@ -144,8 +145,8 @@ TEST(CapsuleContact, HasANormalPerpendicularToAxesThatMeet) {
       expectRightBothWays(a, b);
       EXPECT_EQ(contact.distance, -a.radius - b.radius);
       const Point normal = toPoint(contact.normal);
-      EXPECT_LE(std::fabs(normal.dot(toPoint(a.to) - toPoint(a.from))), 1e-13L);
-      EXPECT_LE(std::fabs(normal.dot(toPoint(b.to) - toPoint(b.from))), 1e-13L);
+      EXPECT_LE(std::fabs(normal.dot(toPoint(a.end) - toPoint(a.start))), 1e-13L);
+      EXPECT_LE(std::fabs(normal.dot(toPoint(b.end) - toPoint(b.start))), 1e-13L);
     }
     if (HasFailure()) FAIL() << "case " << i;
   }
@@ -163,7 +164,7 @@ TEST(CapsuleContact, IsAtAnEndThatBothHave) {
     CapsuleShape a = capsule(random.inCube(size), random.inCube(size), 0.1 * size);
     CapsuleShape b = capsule(random.inCube(size), random.inCube(size), 0);
     const bool is_end_of_a = i % 2 == 1, is_end_of_b = i % 4 > 1;
-    (is_end_of_b ? b.to : b.from) = is_end_of_a ? a.to : a.from;
+    (is_end_of_b ? b.end : b.start) = is_end_of_a ? a.end : a.start;
     const Contact forth = capsuleContact(a, b), back = capsuleContact(b, a);
     EXPECT_EQ(forth.s, is_end_of_a);
     EXPECT_EQ(forth.t, is_end_of_b);

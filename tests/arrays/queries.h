@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <iterator>
 #include <utility>
 #include <vector>
@@ -33,11 +34,15 @@ class Record {
   void operator()(const MeshImpact& impact) {
     add(impact.pair.segment, impact.pair.triangle, impact.time);
   }
+  void operator()(const ShapeImpact& impact) { add(impact.segment, impact.time); }
   void operator()(const Contact& contact) {
     add(contact.a.fiber, contact.a.number, contact.b.fiber, contact.b.number, contact.distance);
   }
   void operator()(const MeshContact& contact) {
     add(contact.place.fiber, contact.place.number, contact.triangle, contact.s, contact.distance);
+  }
+  void operator()(const ShapeContact& contact) {
+    add(contact.place.fiber, contact.place.number, contact.s, contact.distance);
   }
   void operator()(std::int32_t segment) { add(segment); }
   template <class Found>
@@ -113,6 +118,10 @@ inline std::vector<TreeQuery> volumeQueries() {
        [](A asked, R record) {
          asked.tree.visit(Pairs{}, BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, record);
        }},
+      {"visit(Pairs, half-space)",
+       [](A asked, R record) {
+         asked.tree.visit(Pairs{}, HalfSpaceShape{{0.3, 0.1, 1}, 0.01}, record);
+       }},
   };
 }
 
@@ -162,6 +171,12 @@ inline std::vector<TreeQuery> capsuleQueries(int rings = kFewRings) {
          record.addAll(contacts);
          record(asked.tree.closest(Contacts{asked.fibers}, mesh));
        }},
+      {"find(Contacts, box)",
+       [](A asked, R record) {
+         std::vector<ShapeContact> contacts;
+         asked.tree.find(Contacts{asked.fibers}, BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, contacts);
+         record.addAll(contacts);
+       }},
       {"writeContacts",
        [](A asked, R record) {
          std::vector<SegmentPair> pairs;
@@ -209,6 +224,15 @@ inline std::vector<TreeQuery> stepQueries(int rings = kFewRings) {
        [start, end](A asked, R record) {
          asked.tree.visit(Impacts{}, MeshStep{start, end}, record);
          record.add(asked.tree.safeStep(MeshStep{start, end}));
+       }},
+      {"visit(Impacts, shape) and safeStep(shape)",
+       [](A asked, R record) {
+         for (const Shape& shape : std::initializer_list<Shape>{
+                  BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, PlaneShape{{0.3, 0.1, 1}, 0.01},
+                  SphereShape{{0.1, 0, 0}, 0.1}}) {
+           asked.tree.visit(Impacts{}, shape, record);
+           record.add(asked.tree.safeStep(shape));
+         }
        }},
       {"find(Impacts)",
        [](A asked, R record) {

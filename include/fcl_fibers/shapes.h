@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <variant>
+
+#include <fcl_fibers/triangle_mesh.h>
+
+namespace fcl_fibers {
+
+// Shapes as plain numbers, in any frame and unit of length. No number may be NaN or have a
+// magnitude above 2^1000.
+
+/// A capsule: all points within `radius` of the line from `start` to `end`, which may be one point.
+struct CapsuleShape {
+  std::array<double, 3> start;  ///< x, y, z of the first end of the axis
+  std::array<double, 3> end;    ///< x, y, z of the second end
+  double radius;                ///< not negative
+};
+
+/// A ball, which is a capsule of no length.
+struct SphereShape {
+  std::array<double, 3> center;  ///< x, y, z
+  double radius;                 ///< not negative
+};
+
+/// A box; low <= high on each axis, so it may be flat. Without a pose its edges are along the axes
+/// of the frame. With one it is turned and moved as a mesh is: a point p from low to high is at
+/// rotation * p + position.
+struct BoxShape {
+  std::array<double, 3> low;   ///< x, y, z of the low corner
+  std::array<double, 3> high;  ///< x, y, z of the high corner
+  MeshPose pose = {};          ///< a proper rotation, as TriangleMesh::setPose() takes it
+};
+
+/// All points p with normal . p <= offset, such as the ground below a floor.
+struct HalfSpaceShape {
+  std::array<double, 3> normal;  ///< x, y, z; it points out, and is of any length but 0
+  double offset;                 ///< if the normal has length 1, the height of the surface along it
+};
+
+/// All points p with normal . p = offset: a thin sheet without an end, which has two sides.
+struct PlaneShape {
+  std::array<double, 3> normal;  ///< x, y, z, of any length but 0
+  double offset;                 ///< as of a HalfSpaceShape
+};
+
+/// Any of the shapes. What is said of a Shape as a partner holds for each of its types.
+using Shape = std::variant<CapsuleShape, SphereShape, BoxShape, HalfSpaceShape, PlaneShape>;
+
+}  // namespace fcl_fibers
