@@ -17,15 +17,22 @@ from ._core import version as __version__
 from ._files import Fibers, FiberFileWarning, read, read_mesh, write
 from ._page import Page, show
 
+from ._shapes import BoxShape, CapsuleShape, HalfSpaceShape, PlaneShape, Shape, SphereShape
 from ._tree import FiberTree, Options, TriangleMesh, Volumes, flat, root_segments
 
 __all__ = [
+    "BoxShape",
+    "CapsuleShape",
     "FiberFileWarning",
     "FiberTree",
     "Fibers",
+    "HalfSpaceShape",
     "Nodes",
     "Options",
     "Page",
+    "PlaneShape",
+    "Shape",
+    "SphereShape",
     "TriangleMesh",
     "Volumes",
     "__version__",

@@ -72,6 +72,14 @@ def number(name: str, value: Any) -> float:
     return float(value)
 
 
+def vector(name: str, values: ArrayLike, shape: Tuple[int, ...] = (3,)) -> list:
+    """The numbers of a vector or matrix, row by row."""
+    array = numbers(f"numbers of {name}", values)
+    if array.shape != shape:
+        raise ValueError(f"{name} has shape {array.shape}; give {shape}")
+    return array.ravel().tolist()
+
+
 def integer(name: str, value: Any, scalar: type = np.int32) -> int:
     """A whole number that `scalar` can hold."""
     try:

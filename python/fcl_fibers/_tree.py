@@ -10,6 +10,7 @@ import numpy as np
 from . import _arrays, _contacts, _core
 from ._arrays import ArrayLike, Points
 from ._contacts import Nodes
+from ._shapes import Shape
 
 
 class Options(NamedTuple):
@@ -69,10 +70,10 @@ class TriangleMesh:
         rotation       (3, 3), orthonormal and no reflection
         position       (3,)
         """
-        matrix = _arrays.numbers("numbers of the rotation", rotation)
-        if matrix.shape != (3, 3):
-            raise ValueError(f"the rotation has shape {matrix.shape}; give (3, 3)")
-        self._mesh.set_pose(matrix.ravel().tolist(), _vector("the position", position))
+        self._mesh.set_pose(
+            _arrays.vector("the rotation", rotation, (3, 3)),
+            _arrays.vector("the position", position),
+        )
 
     @property
     def pose(self) -> Tuple[np.ndarray, np.ndarray]:
@@ -166,10 +167,10 @@ class FiberTree:
     Lengths are in the unit of the points. Names and defaults are those of C++'s FiberTree.
 
     A segment is named by the index of the point at which it starts. Queries may run in several
-    threads at once and let other threads run. Ctrl-C ends those that list pairs, contacts, impacts
-    or overlaps, among the next 64 pairs that they find. A build or update beside another call of
-    the same tree raises RuntimeError. Wrong arrays raise ValueError or TypeError and leave the tree
-    as it was.
+    threads at once and let other threads run. Ctrl-C ends those that list pairs, contacts or
+    impacts among the next 64 pairs that they find. A build or update beside another call of the
+    same tree raises RuntimeError. Wrong arrays raise ValueError or TypeError and leave the tree as
+    it was.
 
     The tree keeps the arrays of the last build or update, and contacts() reads them again. It makes
     no copy of aligned arrays of float32 or float64, whatever their strides are, such as the
@@ -293,7 +294,7 @@ class FiberTree:
 
     def pairs(
         self,
-        other: Union[FiberTree, TriangleMesh, None] = None,
+        other: Union[FiberTree, TriangleMesh, Shape, None] = None,
         order: Literal["found", "segments", "fibers"] = "found",
         *,
         limit: Optional[int] = None,
@@ -301,7 +302,8 @@ class FiberTree:
         """All pairs, (n, 2) int32, each once.
 
         Without `other`, pairs of two segments a < b. With another tree, a segment of this tree and
-        one of the other. With a mesh, a segment and a triangle.
+        one of the other. With a mesh, a segment and a triangle. With a shape, its segments alone:
+        (n,) int32. Roots and `meets` do not matter to a shape.
 
         order   "found": as the search comes to them. "segments": ascending by the first segment,
                 then by the second one or the triangle. "fibers": ascending by the fiber of the
@@ -309,7 +311,7 @@ class FiberTree:
         limit   more pairs raise ValueError, before a radius far too large fills the memory
         """
         number = _contacts.order_number(order)
-        return self._tree.pairs(_core_of(other), number, _limit(limit))
+        return self._tree.pairs(_core_of(other, True), number, _limit(limit))
 
     def visit_pairs(
         self,
@@ -330,7 +332,7 @@ class FiberTree:
 
     def contacts(
         self,
-        other: Union[FiberTree, TriangleMesh, None] = None,
+        other: Union[FiberTree, TriangleMesh, Shape, None] = None,
         order: Literal["found", "segments", "fibers"] = "found",
         bare: bool = False,
         *,
@@ -348,14 +350,15 @@ class FiberTree:
 
         Contacts with a mesh have `segment`, named as in pairs(), `fiber`, `number`, `triangle`,
         `weights` (3,) and `solid` in place of both segments and t; `normal` points from the fiber
-        to the mesh. C++'s contact.h tells more.
+        to the mesh. Those with a shape have `segment`, `fiber` and `number` too. C++'s contact.h
+        tells more.
 
         order, limit   as in pairs()
         bare    leaves out fibers, numbers and points, in less than half of the memory; contacts
                 with a mesh have all fields
         """
         number = _contacts.order_number(order)
-        return self._tree.contacts(_core_of(other), number, _limit(limit), bool(bare))
+        return self._tree.contacts(_core_of(other, True), number, _limit(limit), bool(bare))
 
     def nodes(
         self, contacts: np.ndarray, other: Union[FiberTree, TriangleMesh, None] = None
@@ -413,20 +416,21 @@ class FiberTree:
 
     def impacts(
         self,
-        other: Union[FiberTree, TriangleMesh, None] = None,
+        other: Union[FiberTree, TriangleMesh, Shape, None] = None,
         mesh_end: Optional[TriangleMesh] = None,
     ) -> np.ndarray:
         """The pairs that touch during the step, as a structured array: a, b, time, s, t.
 
         With a mesh, which moves from `other` to `mesh_end`: segment, triangle, time. `mesh_end` is
-        a copy of the mesh that was moved; without it, the mesh rests.
+        a copy of the mesh that was moved; without it, the mesh rests. With a shape, which rests:
+        segment, time.
         """
         return self._tree.impacts(*self._others(other, mesh_end))
 
     def impact_contacts(
         self,
         impacts: np.ndarray,
-        other: Union[FiberTree, TriangleMesh, None] = None,
+        other: Union[FiberTree, TriangleMesh, Shape, None] = None,
         mesh_end: Optional[TriangleMesh] = None,
     ) -> np.ndarray:
         """The contacts of impacts at their times, as contacts(); `other` as in impacts()."""
@@ -440,7 +444,7 @@ class FiberTree:
 
     def safe_step(
         self,
-        other: Union[FiberTree, TriangleMesh, None] = None,
+        other: Union[FiberTree, TriangleMesh, Shape, None] = None,
         mesh_end: Optional[TriangleMesh] = None,
     ) -> float:
         """A time in [0, 1] up to which no pair starts to touch; `other` as in impacts().
@@ -502,18 +506,6 @@ class FiberTree:
         found = ask(cloud)
         found[:, 0] //= 2
         return found[np.lexsort(found.T[::-1])]
-
-    def overlaps_capsule(self, start: ArrayLike, end: ArrayLike, radius: float) -> np.ndarray:
-        """The segments that touch a capsule, int32. A sphere is one whose ends are one point."""
-        return self._tree.overlaps_capsule(
-            _vector("the start", start),
-            _vector("the end", end),
-            _arrays.number("the radius", radius),
-        )
-
-    def overlaps_box(self, low: ArrayLike, high: ArrayLike) -> np.ndarray:
-        """The segments that touch the box from corner `low` to corner `high`, int32."""
-        return self._tree.overlaps_box(_vector("low", low), _vector("high", high))
 
     def fiber_segment(self, segments: ArrayLike) -> np.ndarray:
         """Fiber and number along it of segments of pairs(): an array of shape (..., 2), int64."""
@@ -609,7 +601,7 @@ class FiberTree:
             return other._mesh, _mesh_of("mesh_end", end)
         if mesh_end is not None:
             raise TypeError("mesh_end is given without the mesh at the start")
-        return (_core_of(other),)
+        return (_core_of(other, True),)
 
 
 def root_segments(points: Points, offsets: Optional[ArrayLike], length: float) -> np.ndarray:
@@ -675,14 +667,19 @@ def _limit(limit: Optional[int]) -> int:
     return int(found)
 
 
-def _core_of(other: Any) -> Any:
+def _core_of(other: Any, or_shape: bool = False) -> Any:
     if other is None:
         return None
+    if or_shape and isinstance(other, Shape):
+        return other._core_shape()
     if isinstance(other, FiberTree):
         return other._tree
     if isinstance(other, TriangleMesh):
         return other._mesh
-    raise TypeError(f"other is a {type(other).__name__}; give a FiberTree or a TriangleMesh")
+    kinds = (
+        "a FiberTree, a TriangleMesh or a Shape" if or_shape else "a FiberTree or a TriangleMesh"
+    )
+    raise TypeError(f"other is a {type(other).__name__}; give {kinds}")
 
 
 def _tree_of(other: Any) -> Any:
@@ -695,10 +692,3 @@ def _mesh_of(name: str, mesh: Any) -> _core.Mesh:
     if not isinstance(mesh, TriangleMesh):
         raise TypeError(f"{name} is a {type(mesh).__name__}; give a TriangleMesh")
     return mesh._mesh
-
-
-def _vector(name: str, values: ArrayLike) -> list:
-    vector = _arrays.numbers(f"numbers of {name}", values)
-    if vector.shape != (3,):
-        raise ValueError(f"{name} has shape {vector.shape}; give (3,)")
-    return vector.tolist()

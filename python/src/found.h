@@ -67,6 +67,10 @@ Fields shapeFields() {
           {"normal", "3f8", offsetIn<Struct>(&Struct::normal)}};
 }
 
+inline py::dtype shapeContactType() {
+  return structType<ShapeContact>(shapeFields<ShapeContact>());
+}
+
 inline py::dtype meshContactType() {
   Fields fields = shapeFields<MeshContact>();
   fields.insert(fields.end(), {{"triangle", "i4", offsetIn<MeshContact>(&MeshContact::triangle)},
@@ -99,6 +103,11 @@ inline py::dtype fiberPairType() {
                                 {"deepest", "i8", offsetof(FiberPair, deepest)}});
 }
 
+inline py::dtype shapeImpactType() {
+  return structType<ShapeImpact>({{"segment", "i4", offsetof(ShapeImpact, segment)},
+                                  {"time", "f8", offsetof(ShapeImpact, time)}});
+}
+
 static_assert(sizeof(SegmentPair) == 2 * sizeof(std::int32_t) &&
               sizeof(TrianglePair) == 2 * sizeof(std::int32_t));
 
@@ -109,6 +118,8 @@ py::array toNumPy(std::vector<Found>&& all) {
     return toArray(std::move(all), impactType());
   } else if constexpr (std::is_same_v<Found, MeshImpact>) {
     return toArray(std::move(all), meshImpactType());
+  } else if constexpr (std::is_same_v<Found, ShapeImpact>) {
+    return toArray(std::move(all), shapeImpactType());
   } else {
     return toArray(std::move(all), py::dtype::of<std::int32_t>(),
                    std::is_same_v<Found, std::int32_t> ? 0 : 2);

@@ -189,14 +189,18 @@ class Tree {
                     });
   }
 
-  py::array contacts(const TriangleMesh& mesh, Order order, std::size_t limit) const {
+  /// Of a mesh or a shape.
+  template <class Partner>
+  py::array contactsWith(const Partner& partner, Order order, std::size_t limit,
+                         const py::dtype& type) const {
+    using Found = FoundBy<Contacts<double>, Partner>;
     const Query own(users_);
-    const auto pairs = pairsOf(order, mesh, limit);
+    const auto pairs = pairsOf(order, partner, limit);
     return withArrays(numbers_, layout_, [&](const auto& fibers) {
-      const auto write = [&](const TrianglePair* some, std::size_t count, MeshContact* to) {
-        tree_.writeContacts(Contacts{fibers}, mesh, some, count, to);
+      const auto write = [&](const auto* some, std::size_t count, Found* to) {
+        tree_.writeContacts(Contacts{fibers}, partner, some, count, to);
       };
-      return toArray(inBlocks<MeshContact>(pairs, write), meshContactType());
+      return toArray(inBlocks<Found>(pairs, write), type);
     });
   }
 
@@ -276,20 +280,20 @@ class Tree {
     });
   }
 
-  py::array impactContacts(const py::array& impacts, const TriangleMesh& mesh_start,
-                           const TriangleMesh& mesh_end) const {
+  /// Of a mesh that moves or a shape.
+  template <class Partner>
+  py::array impactContacts(const py::array& impacts, const Partner& partner, const py::dtype& type,
+                           const py::dtype& contact_type) const {
     const Query own(users_);
-    const auto all = fromArray<MeshImpact>(impacts, meshImpactType());
-    const MeshStep mesh{mesh_start, mesh_end};
+    const auto all = fromArray<FoundBy<Impacts, Partner>>(impacts, type);
     return withBoth(
         startOfStep(), layout_, numbers_, layout_, [&](const auto& from, const auto& to) {
-          return toArray(makeEach<MeshContact>(all,
-                                               [&](const MeshImpact& impact) {
-                                                 auto made = impactContact(from, to, mesh, impact);
-                                                 made.layout = tree_.layout();
-                                                 return made;
-                                               }),
-                         meshContactType());
+          const auto contactOf = [&](const auto& impact) {
+            auto contact = impactContact(from, to, partner, impact);
+            contact.layout = tree_.layout();
+            return contact;
+          };
+          return toArray(makeEach<decltype(contactOf(all[0]))>(all, contactOf), contact_type);
         });
   }
 
@@ -300,10 +304,12 @@ class Tree {
     return tree_.safeStep(partner(other).tree_);
   }
 
-  double safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
+  /// Of a mesh that moves or a shape.
+  template <class Partner>
+  double safeStep(const Partner& partner) const {
     const Query own(users_);
     const Unlocked unlocked;
-    return tree_.safeStep(MeshStep{start, end});
+    return tree_.safeStep(partner);
   }
 
   py::array segments() const {
@@ -421,6 +427,15 @@ void accumulate(const Tree& tree, const py::array& contacts, const py::array& fo
 }  // namespace
 
 void addTree(py::module_& module) {
+  using Vector = std::array<double, 3>;
+  py::class_<CapsuleShape>(module, "CapsuleShape").def(py::init<Vector, Vector, double>());
+  py::class_<SphereShape>(module, "SphereShape").def(py::init<Vector, double>());
+  py::class_<BoxShape>(module, "BoxShape")
+      .def(py::init([](Vector low, Vector high, std::array<double, 9> rotation, Vector position) {
+        return BoxShape{low, high, {rotation, position}};
+      }));
+  py::class_<HalfSpaceShape>(module, "HalfSpaceShape").def(py::init<Vector, double>());
+  py::class_<PlaneShape>(module, "PlaneShape").def(py::init<Vector, double>());
   using Other = Tree::Other;
   using MeshCopy = TriangleMesh;
   py::class_<Tree>(module, "Tree")
@@ -438,6 +453,8 @@ void addTree(py::module_& module) {
                        std::size_t limit) { return tree.pairs(Order(order), other, limit); })
       .def("pairs", [](const Tree& tree, MeshCopy mesh, int order,
                        std::size_t limit) { return tree.pairs(Order(order), mesh, limit); })
+      .def("pairs", [](const Tree& tree, const Shape& shape, int order,
+                       std::size_t limit) { return tree.pairs(Order(order), shape, limit); })
       .def("moving_pairs", &ask<MovingPairs, Other>)
       .def("visit_pairs", &Tree::visitPairs)
       .def("contacts",
@@ -445,40 +462,47 @@ void addTree(py::module_& module) {
              return bare ? tree.contacts<BareContact>(other, Order(order), limit, bareType())
                          : tree.contacts<Contact>(other, Order(order), limit, contactType());
            })
-      .def("contacts", [](const Tree& tree, MeshCopy mesh, int order, std::size_t limit,
-                          bool) { return tree.contacts(mesh, Order(order), limit); })
+      .def("contacts",
+           [](const Tree& tree, MeshCopy mesh, int order, std::size_t limit, bool) {
+             return tree.contactsWith(mesh, Order(order), limit, meshContactType());
+           })
+      .def("contacts",
+           [](const Tree& tree, const Shape& shape, int order, std::size_t limit, bool) {
+             return tree.contactsWith(shape, Order(order), limit, shapeContactType());
+           })
       .def("accumulate", &accumulate<Other>)
       .def("accumulate", &accumulate<MeshCopy>)
       .def("layout", &Tree::layout)
       .def("closest", py::overload_cast<Other>(&Tree::closest, py::const_))
       .def("closest", [](const Tree& tree, MeshCopy mesh) { return tree.closest(mesh); })
       .def("impacts", &ask<Impacts, Other>)
+      .def("impacts", &ask<Impacts, Shape>)
       .def("impacts",
            [](const Tree& tree, MeshCopy start, MeshCopy end) {
              return tree.find(Impacts{}, MeshStep{start, end});
            })
+      .def("impact_contacts", [](const Tree& tree, const py::array& impacts,
+                                 Other other) { return tree.impactContacts(impacts, other); })
       .def("impact_contacts",
-           py::overload_cast<const py::array&, Other>(&Tree::impactContacts, py::const_))
-      .def("impact_contacts", [](const Tree& tree, const py::array& impacts, MeshCopy start,
-                                 MeshCopy end) { return tree.impactContacts(impacts, start, end); })
-      .def("safe_step", py::overload_cast<Other>(&Tree::safeStep, py::const_))
+           [](const Tree& tree, const py::array& impacts, MeshCopy start, MeshCopy end) {
+             return tree.impactContacts(impacts, MeshStep{start, end}, meshImpactType(),
+                                        meshContactType());
+           })
+      .def("impact_contacts",
+           [](const Tree& tree, const py::array& impacts, const Shape& shape) {
+             return tree.impactContacts(impacts, shape, shapeImpactType(), shapeContactType());
+           })
+      .def("safe_step", [](const Tree& tree, Other other) { return tree.safeStep(other); })
+      .def("safe_step", [](const Tree& tree, const Shape& shape) { return tree.safeStep(shape); })
       .def("safe_step",
-           [](const Tree& tree, MeshCopy start, MeshCopy end) { return tree.safeStep(start, end); })
+           [](const Tree& tree, MeshCopy start, MeshCopy end) {
+             return tree.safeStep(MeshStep{start, end});
+           })
       .def("touching_segments", &ask<TouchingSegments, MeshCopy>)
       .def("nearest", [](const Tree& tree, Other other,
                          double distance) { return tree.find(Nearest{distance}, other); })
       .def("nearest", [](const Tree& tree, MeshCopy mesh,
                          double distance) { return tree.find(Nearest{distance}, mesh); })
-      .def("overlaps_capsule",
-           [](const Tree& tree, const std::array<double, 3>& from, const std::array<double, 3>& to,
-              double radius) {
-             return tree.find(Pairs{}, CapsuleShape{from, to, radius});
-           })
-      .def("overlaps_box",
-           [](const Tree& tree, const std::array<double, 3>& low,
-              const std::array<double, 3>& high) {
-             return tree.find(Pairs{}, BoxShape{low, high});
-           })
       .def("segments", &Tree::segments)
       .def("fiber_segments", &Tree::fiberSegments)
       .def("volumes", &Tree::volumes)

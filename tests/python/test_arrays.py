@@ -246,14 +246,9 @@ def test_radii_by_fiber_have_to_fit_the_fibers():
     uneven = [np.empty((0, 3)), np.eye(3)[:2]]
     with pytest.raises(ValueError, match="give a list"):
         built(uneven, radii=[0.1, 0.2])
-    assert (
-        built(uneven, radii=[[], [0.1, 0.2]]).overlaps_capsule((1, 0, 0.15), (1, 0, 0.15), 0).size
-        == 0
-    )
-    assert (
-        built(uneven, radii=[[], [0.2, 0.1]]).overlaps_capsule((1, 0, 0.15), (1, 0, 0.15), 0).size
-        == 1
-    )
+    point = fcl_fibers.SphereShape((1, 0, 0.15), 0)
+    assert built(uneven, radii=[[], [0.1, 0.2]]).pairs(point).size == 0
+    assert built(uneven, radii=[[], [0.2, 0.1]]).pairs(point).size == 1
 
 
 def test_updates_take_what_builds_take():

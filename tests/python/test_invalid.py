@@ -224,21 +224,35 @@ def test_updates(tree):
 
 
 def test_shapes_of_queries(tree):
-    refused(tree.overlaps_capsule, ValueError, "start", start=(0, 0), end=(0, 0, 0), radius=1)
-    refused(tree.overlaps_capsule, ValueError, "end", start=(0, 0, 0), end=0, radius=1)
-    refused(tree.overlaps_capsule, ValueError, "", start=(0, 0, 0), end=(0, 0, 1), radius=-1)
-    refused(tree.overlaps_capsule, ValueError, "", start=(0, 0, np.nan), end=(0, 0, 1), radius=1)
-    refused(tree.overlaps_box, ValueError, "low", low=(0, 0), high=(0, 0, 0))
-    refused(tree.overlaps_box, ValueError, "", low=(1, 0, 0), high=(0, 1, 1))
+    zero, one = (0, 0, 0), (1, 1, 1)
+    capsule, box = fcl_fibers.CapsuleShape, fcl_fibers.BoxShape
+    refused(capsule, ValueError, "start has shape", start=(0, 0), end=zero, radius=1)
+    refused(capsule, ValueError, "end has shape", start=zero, end=0, radius=1)
+    refused(box, ValueError, "low has shape", low=(0, 0), high=zero)
+    refused(box, ValueError, "rotation has shape", low=zero, high=one, rotation=one)
+    for shape, text in [
+        (capsule(zero, one, -1), "the capsule: radius is -1"),
+        (capsule((0, 0, np.nan), one, 1), "the capsule: start[2] is nan"),
+        (fcl_fibers.SphereShape(zero, np.inf), "the sphere: radius is inf"),
+        (box((1, 0, 0), (0, 1, 1)), "the box: low[0] is 1 and exceeds high[0]"),
+        (box(zero, one, np.zeros((3, 3))), "the box: the rotation is not orthonormal"),
+        (fcl_fibers.HalfSpaceShape(zero, 1), "the half-space: normal is 0"),
+        (fcl_fibers.PlaneShape(one, np.nan), "the plane: offset is nan"),
+    ]:
+        for call in (tree.pairs, tree.contacts):
+            refused(call, ValueError, text, other=shape)
+    ball = fcl_fibers.SphereShape(zero, 1)
+    refused(tree.nearest, TypeError, "SphereShape", other=ball, distance=1)
+    refused(tree.moving_pairs, TypeError, "SphereShape", other=ball)
     refused(tree.volumes, ValueError, "depth", depth=-1)
 
 
 def test_types_of_scalars(tree):
     mesh = fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]])
     ends = dict(start=(0, 0, 0), end=(0, 0, 1))
-    refused(tree.overlaps_capsule, TypeError, "radius is '1'", **ends, radius="1")
-    refused(tree.overlaps_capsule, TypeError, "radius", **ends, radius=[1.0])
-    refused(tree.overlaps_box, TypeError, "complex", low=(0, 0, 0), high=(1, 1, 1j))
+    refused(fcl_fibers.CapsuleShape, TypeError, "radius is '1'", **ends, radius="1")
+    refused(fcl_fibers.CapsuleShape, TypeError, "radius", **ends, radius=[1.0])
+    refused(fcl_fibers.BoxShape, TypeError, "complex", low=(0, 0, 0), high=(1, 1, 1j))
     refused(tree.nearest, TypeError, "distance is None", other=mesh, distance=None)
     refused(tree.volumes, TypeError, "depth is 1.5", depth=1.5)
     refused(tree.volumes, ValueError, "depth", depth=2**40)
@@ -300,8 +314,8 @@ def test_errors_name_nothing_of_cpp(tree, tmp_path):
         lambda: spheres.update(GOOD["points"], GOOD["points"]),
         lambda: tree.volumes(-1),
         lambda: tree.nearest(mesh, -1),
-        lambda: tree.overlaps_box((1, 0, 0), (0, 1, 1)),
-        lambda: tree.overlaps_capsule((0, 0, 0), (1, 0, 0), -1),
+        lambda: tree.pairs(fcl_fibers.BoxShape((1, 0, 0), (0, 1, 1))),
+        lambda: tree.pairs(fcl_fibers.CapsuleShape((0, 0, 0), (1, 0, 0), -1)),
         lambda: tree.fiber_segment([-5]),
         lambda: fcl_fibers.FiberTree(threads=0),
         lambda: fcl_fibers.root_segments([np.eye(3)], None, -1),

@@ -114,7 +114,7 @@ CALLS = [
     lambda tree: tree.moving_pairs(),
     lambda tree: tree.impacts(),
     lambda tree: tree.impact_contacts(tree.impacts()),
-    lambda tree: tree.overlaps_box((0, 0, 0), (1, 1, 1)),
+    lambda tree: tree.pairs(fcl_fibers.BoxShape((0, 0, 0), (1, 1, 1))),
     lambda tree: tree.fiber_segment(tree.pairs()),
     lambda tree: tree.volumes(3).center,
     lambda tree: tree.volumes(3).segments,

@@ -161,8 +161,6 @@ CALLS = {
     "nearest": ["other", "distance"],
     "nearest_to": ["points", "distance"],
     "holding": ["points"],
-    "overlaps_capsule": ["start", "end", "radius"],
-    "overlaps_box": ["low", "high"],
     "fiber_segment": ["segments"],
     "running_number": ["segments"],
     "volumes": ["depth"],

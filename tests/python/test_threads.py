@@ -58,7 +58,7 @@ def test_many_threads_query_one_tree(threads):
         lambda: tree.impacts(other),
         lambda: np.array(tree.safe_step()),
         lambda: tree.volumes(3).center,
-        lambda: tree.overlaps_box((0, 0, 0), (1, 1, 1)),
+        lambda: tree.pairs(fcl_fibers.BoxShape((0, 0, 0), (1, 1, 1))),
         lambda: tree.fiber_segment(scene.names),
     ]
     expected = [call() for call in calls]

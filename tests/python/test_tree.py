@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a tree tells of itself, and queries with single shapes."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -174,14 +176,46 @@ def test_overlaps(volumes, margin):
         start, end = rng.uniform(-0.2, 1.2, (2, 3))
         radius = rng.uniform(0, 0.3)
         for a, b in ((start, end), (start, start)):
-            found = oracles.as_set(tree.overlaps_capsule(a, b.tolist(), radius))
+            found = oracles.as_set(tree.pairs(fcl_fibers.CapsuleShape(a, b.tolist(), radius)))
             axes = oracles.segment_segment(a, b, scene.start, scene.end)
             assert found == set(scene.names[axes <= scene.radius + radius + margin])
         low, high = np.minimum(start, end), np.maximum(start, end)
-        found = tree.overlaps_box(low, tuple(high))
+        found = tree.pairs(fcl_fibers.BoxShape(low, tuple(high)))
         assert found.dtype == np.int32
         gap = oracles.segment_box(scene.start, scene.end, low, high) - scene.radius
         assert oracles.as_set(found) == set(scene.names[gap <= margin])
+
+
+def test_shapes():
+    points = np.array([[0, 0, 0.3], [1, 0, 0.3], [0, 1, 2.0], [1, 1, 2.0]])
+    turned = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+    shapes = [
+        fcl_fibers.HalfSpaceShape((0, 0, 2), 0.5),
+        fcl_fibers.PlaneShape((0, 0, -1), -0.25),
+        fcl_fibers.BoxShape((0, -1, -1), (1, 1, 0.25)),
+        fcl_fibers.BoxShape((0, -1, -1), (1, 1, 0.25), turned, (0, 0, 0)),
+        fcl_fibers.SphereShape((0.5, 0, 0), 0.25),
+        fcl_fibers.CapsuleShape((0.5, -1, 0), (0.5, 1, 0), 0.25),
+    ]
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1)
+    for shape in shapes:
+        tree.build(points, [0, 2, 4], 0.1)
+        assert tree.pairs(shape).tolist() == [0]
+        contacts = tree.contacts(shape)
+        assert contacts["segment"].tolist() == [0] and contacts["fiber"].tolist() == [0]
+        np.testing.assert_allclose(contacts["distance"], -0.05, atol=1e-15)
+        np.testing.assert_allclose(contacts["normal"], [[0, 0, -1]], atol=1e-15)
+        tree.update(points + (0, 0, 1.05), points)
+        impacts = tree.impacts(shape)
+        assert impacts["segment"].tolist() == [0]
+        np.testing.assert_allclose(impacts["time"], 1 / 1.05, atol=1e-9)
+        np.testing.assert_allclose(tree.safe_step(shape), 1 / 1.05, atol=1e-9)
+        there = tree.impact_contacts(impacts, shape)
+        np.testing.assert_allclose(there["distance"], 0.05 - 0.05, atol=1e-9)
+        assert pickle.loads(pickle.dumps(shape)) == shape and repr(shape).startswith(
+            type(shape).__name__
+        )
+    assert shapes[3].rotation == (0, -1, 0, 1, 0, 0, 0, 0, 1)
 
 
 def test_overlaps_of_volumes():
@@ -191,8 +225,10 @@ def test_overlaps_of_volumes():
     bottom = np.minimum(scene.start, scene.end) - scene.radius[:, None]
     top = np.maximum(scene.start, scene.end) + scene.radius[:, None]
     expected = set(scene.names[((bottom <= high) & (top >= low)).all(axis=1)])
-    assert oracles.as_set(tree.overlaps_box(low, high)) == expected
-    assert oracles.as_set(tree.overlaps_capsule(low + 0.1, high - 0.1, 0.1)) == expected
+    assert oracles.as_set(tree.pairs(fcl_fibers.BoxShape(low, high))) == expected
+    assert (
+        oracles.as_set(tree.pairs(fcl_fibers.CapsuleShape(low + 0.1, high - 0.1, 0.1))) == expected
+    )
 
 
 def test_root_segments():
