@@ -653,7 +653,7 @@ FAULTS = [
     Fault("layouts with other gaps are one", "arrays/fiber_index.cpp",
           "if (table.hasGaps()) layout =", "if (false) layout =", "arrays_test"),
     Fault("another number of points is taken beside a gap", "arrays/fiber_index.cpp",
-          "static_cast<std::size_t>(table_.idsEnd(f)) == pointEnd(fibers, f);", "true;",
+          "static_cast<std::size_t>(table_.idsEnd(f)) == pointEnd(fibers, f));", "true);",
           "arrays_test"),
     Fault("the last pairs behind the neighbour filter are lost", "arrays/pair_sinks.h",
           "for (std::size_t i = 0; i != count;) {",

@@ -109,7 +109,8 @@ double checkArrays(const char* call, const FiberArrays<S>& fibers) {
                                      std::to_string(begin[f + 1]) +
                                      "; each number must be at least the one before");
     }
-    if (const std::size_t end = pointEnd(fibers, f); end < begin[f] || end > begin[f + 1]) {
+    if (fibers.point_end == nullptr) continue;
+    if (const std::size_t end = fibers.point_end[f]; end < begin[f] || end > begin[f + 1]) {
       throwInvalidArgument(call, "point_end of fiber " + std::to_string(f) + " is " +
                                      std::to_string(end) + "; give a number from " +
                                      std::to_string(begin[f]) + ", where the fiber begins, to " +

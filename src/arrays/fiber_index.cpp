@@ -172,9 +172,11 @@ template <typename S>
 bool FiberIndex::hasFibersOf(const FiberArrays<S>& fibers) const {
   bool has_same_fibers = fibers.fiber_count == table_.fiberCount() &&
                          fibers.point_count == static_cast<std::size_t>(table_.idCount());
+  const bool may_have_gaps = table_.hasGaps() || fibers.point_end != nullptr;
   for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
     has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f] &&
-                      static_cast<std::size_t>(table_.idsEnd(f)) == pointEnd(fibers, f);
+                      (!may_have_gaps ||
+                       static_cast<std::size_t>(table_.idsEnd(f)) == pointEnd(fibers, f));
   }
   return has_same_fibers;
 }
