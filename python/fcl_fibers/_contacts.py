@@ -74,18 +74,19 @@ def require_layout(contacts: np.ndarray, layout: int) -> None:
         )
 
 
+def side_of(contacts: np.ndarray, segment: str, s: str) -> Nodes:
+    """The two points of a segment, by the names of its fields."""
+    first, along = contacts[segment], contacts[s]
+    return Nodes(np.stack([first, first + 1], 1), np.stack([1 - along, along], 1))
+
+
 def nodes_of(contacts: np.ndarray, is_apart: bool) -> Union[Nodes, Tuple[Nodes, Nodes]]:
     """The nodes of a and b, as two if they are apart; of contacts with a mesh those of a alone."""
-
-    def side(segment: str, s: str) -> Nodes:
-        first, along = contacts[segment], contacts[s]
-        return Nodes(np.stack([first, first + 1], 1), np.stack([1 - along, along], 1))
-
     if "segment" in names_of(contacts):
         if is_apart:
             raise TypeError("the contacts are with a mesh; give the mesh, or nothing")
-        return side("segment", "s")
-    a, b = side("a", "s"), side("b", "t")
+        return side_of(contacts, "segment", "s")
+    a, b = side_of(contacts, "a", "s"), side_of(contacts, "b", "t")
     return (a, b) if is_apart else Nodes(*map(np.hstack, zip(a, b)))
 
 

@@ -373,14 +373,14 @@ class FiberTree:
         (n, 2) of the other tree or (n, 3) of the mesh. The weights of each side sum up to 1.
         """
         array = _contacts.contacts_of(contacts)
-        is_mesh = isinstance(other, TriangleMesh)
-        _contacts.require_layout(array, self._tree.layout(None if is_mesh else _core_of(other)))
-        if not is_mesh:
+        if not isinstance(other, TriangleMesh):
+            _contacts.require_layout(array, self._tree.layout(_core_of(other)))
             return _contacts.nodes_of(array, other is not None)
+        _contacts.require_layout(array, self._tree.layout(None))
         if "triangle" not in _contacts.names_of(array):
             raise TypeError("the contacts are of two segments; leave the mesh out")
-        corners = other._triangles[array["triangle"]]
-        return _contacts.nodes_of(array, False), Nodes(corners, array["weights"].copy())
+        corners = Nodes(other._triangles[array["triangle"]], array["weights"].copy())
+        return _contacts.side_of(array, "segment", "s"), corners
 
     def accumulate(
         self,
