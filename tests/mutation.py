@@ -416,7 +416,7 @@ FAULTS = [
     Fault("what is inside a solid is far away", "index/segment_index_meshes.cpp",
           "return limit > 0 ? sink.visit", "return limit > 1e300 ? sink.visit", "meshes_test"),
     Fault("the root of a fiber meets obstacles", "fibers/fiber_table.h",
-          "id - begin_[fiber] < rule.roots ? 0 : rule.categories", "rule.categories",
+          "id - begin_[fiber] < rule.roots ? tree::kNoCategories : rule.categories", "rule.categories",
           "meshes_test"),
     Fault("a shape is not read again", "broadphase/obstacles.cpp",
           "if (shapes_[place].object != nullptr) read", "if (!shapes_[place].is_read) read",
@@ -440,7 +440,7 @@ FAULTS = [
     Fault("a ray upward also crosses triangles below", "index/posed_mesh.cpp",
           " && isAbove(id, sides[0])", "", "arrays_test"),
     Fault("fibers of other categories meet a mesh", "tree/pairing-inl.h",
-          "& categories_) != 0;", "| categories_) != 0;", "arrays_test"),
+          "meets = by_slot_[Arity * a_node + lane].meet(categories_);", "meets = true;", "arrays_test"),
     Fault("a full buffer of a thread starts anew", "index/pair_search.cpp",
           "  restart(count);\n", "  restart(0);\n", "arrays_test index_test threads_test"),
     # --- Topology ---
