@@ -43,7 +43,7 @@ def fiber_pairs(contacts: np.ndarray) -> np.ndarray:
 
 
 def order_number(order: str) -> int:
-    if order not in ORDERS:
+    if not isinstance(order, str) or order not in ORDERS:
         raise ValueError(f"order is {order!r}; give one of {', '.join(map(repr, ORDERS))}")
     return ORDERS.index(order)
 

@@ -148,9 +148,11 @@ WRONG = st.one_of(
 CALLS = {
     "build": ["points", "offsets", "radii", "closed", "groups", "meets", "root_segments"],
     "update": ["points", "end", "radii", "end_radii"],
-    "pairs": ["other"],
+    "pairs": ["other", "order"],
     "visit_pairs": ["visit", "other", "block"],
-    "contacts": ["other"],
+    "contacts": ["other", "order", "bare"],
+    "nodes": ["contacts", "other"],
+    "accumulate": ["contacts", "forces", "out", "other", "other_out"],
     "impacts": ["other", "mesh_end"],
     "impact_contacts": ["impacts", "other", "mesh_end"],
     "moving_pairs": ["other"],
@@ -199,6 +201,12 @@ def test_random_calls(name, data):
         low=(0, 0, 0),
         high=(1, 1, 1),
         segments=[0, 2],
+        order="fibers",
+        bare=True,
+        contacts=before,
+        forces=np.ones(len(before)),
+        out=np.zeros((4, 3)),
+        other_out=np.zeros((4, 3)),
     )
     arguments = {}
     for argument in CALLS[name]:
