@@ -125,7 +125,7 @@ def test_trees_that_do_not_fit_each_other():
                 call(other)
         assert len(boxes.pairs()) > 0
     for other in (1, "tree", np.zeros(3), boxes._tree):
-        with pytest.raises(TypeError, match="FiberTree or a TriangleMesh"):
+        with pytest.raises(TypeError, match="FiberTree, a TriangleMesh or a Shape"):
             boxes.pairs(other)
 
 
