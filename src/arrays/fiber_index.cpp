@@ -174,9 +174,9 @@ bool FiberIndex::hasFibersOf(const FiberArrays<S>& fibers) const {
                          fibers.point_count == static_cast<std::size_t>(table_.idCount());
   const bool may_have_gaps = table_.hasGaps() || fibers.point_end != nullptr;
   for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
-    has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f] &&
-                      (!may_have_gaps ||
-                       static_cast<std::size_t>(table_.idsEnd(f)) == pointEnd(fibers, f));
+    has_same_fibers =
+        static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f] &&
+        (!may_have_gaps || static_cast<std::size_t>(table_.idsEnd(f)) == pointEnd(fibers, f));
   }
   return has_same_fibers;
 }

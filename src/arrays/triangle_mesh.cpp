@@ -205,7 +205,9 @@ std::array<std::int32_t, 3> TriangleMesh::corners(std::int32_t triangle) const {
 std::size_t TriangleMesh::memoryUsage() const { return impl()->index.memoryUsage(); }
 
 index::PlacedMesh MeshReader::placed(const TriangleMesh& mesh) {
-  return {mesh.impl()->index, toAffineMap(mesh.pose_), {mesh.categories_, mesh.meets_},
+  return {mesh.impl()->index,
+          toAffineMap(mesh.pose_),
+          {mesh.categories_, mesh.meets_},
           mesh.kind() == TriangleMesh::Kind::kSolid};
 }
 
