@@ -31,6 +31,7 @@
 #include "contacts_2_includes.inc"
 #include "contacts_3_includes.inc"
 #include "contacts_4_includes.inc"
+#include "contacts_5_includes.inc"
 #include "files_0_includes.inc"
 #include "files_1_includes.inc"
 #include "options_0_includes.inc"
@@ -253,12 +254,29 @@ TEST(Contacts, OfATreeAndOfAManager) {
   std::vector<fcl_fibers::Contact> solved;
   const auto solve = [&](const fcl_fibers::Contact& contact) { solved.push_back(contact); };
 #include "contacts_0_code.inc"
-#include "contacts_3_code.inc"
+#include "contacts_4_code.inc"
   ASSERT_EQ(solved.size(), 2U);
   for (const fcl_fibers::Contact& contact : solved) {
     EXPECT_EQ(contact.b.fiber, 1U);
     EXPECT_NEAR(contact.distance, 0.15 - 2 * 0.1, 1e-12);
   }
+}
+
+TEST(Contacts, WithTheGround) {
+  using namespace fcl_fibers;
+  const double points[] = {0, 0, 0.02, 1, 0, 0.5}, its_radius = 0.05;
+  const std::size_t begin[] = {0, 2};
+  const FiberArrays<double> fibers = {points, 2, begin, 1, &its_radius};
+  FiberTree tree;
+  tree.build(fibers);
+  std::vector<double> pushed;
+  const auto push = [&](std::int32_t segment, double s, const Point& normal, double depth) {
+    pushed = {static_cast<double>(segment), s, normal[2], depth};
+  };
+  // clang-format off
+#include "contacts_1_code.inc"
+  // clang-format on
+  EXPECT_THAT(pushed, testing::ElementsAre(0, 0, -1, testing::DoubleNear(0.03, 1e-12)));
 }
 
 TEST(Contacts, OfASolver) {
@@ -272,7 +290,7 @@ TEST(Contacts, OfASolver) {
   tree.build(fibers);
   const double stiffness = 10;
   // clang-format off
-#include "contacts_1_code.inc"
+#include "contacts_2_code.inc"
   // clang-format on
   ASSERT_EQ(contacts.size(), 1U);
   const ContactNodes<4> nodes = contacts[0].nodes();
@@ -289,7 +307,7 @@ TEST(Contacts, OfASolver) {
                distance};
   };
   // clang-format off
-#include "contacts_2_code.inc"
+#include "contacts_3_code.inc"
   // clang-format on
   EXPECT_THAT(printed, testing::ElementsAre(0, 1, 1, testing::DoubleNear(0.15 - 2 * 0.1, 1e-12)));
 }
@@ -308,7 +326,7 @@ TEST(Contacts, PointsAreFibersWithoutLength) {
   tree.build(FiberArrays<double>{axis, 2, its_begin, 1, &its_radius});
   std::vector<SegmentPair> pairs, near;
   // clang-format off
-#include "contacts_4_code.inc"
+#include "contacts_5_code.inc"
   // clang-format on
   cloud.find(Nearest{1.0}, tree, near);
   ASSERT_EQ(pairs.size(), 1U);
