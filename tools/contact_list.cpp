@@ -168,12 +168,12 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
 
 void writeCsvHead(const Request& request, bool several, AnswerStream& stream) {
   stream.write(several ? "frame," : "");
-  stream.write(request.summary
-                   ? "fiber_a,fiber_b,contacts,distance"
-                   : "fiber_a,number_a,s,fiber_b,number_b,t,distance,point_a_x,point_a_y,"
-                     "point_a_z,point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z");
+  stream.write(request.summary ? "contacts," : "");
+  stream.write(
+      "fiber_a,number_a,s,fiber_b,number_b,t,distance,point_a_x,point_a_y,point_a_z,point_b_x,"
+      "point_b_y,point_b_z,normal_x,normal_y,normal_z");
   if (!request.meshes.paths.empty()) {
-    stream.write(request.summary ? ",mesh" : ",mesh,triangle,weight_0,weight_1,weight_2,solid");
+    stream.write(",mesh,triangle,weight_0,weight_1,weight_2,solid");
   }
   stream.write("\n");
 }
@@ -183,14 +183,7 @@ void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& 
     const FoundContact c = frame.contact(row.pair);
     const bool is_mesh = c.mesh != kNoMesh;
     if (frame.number) stream.write(fmt::format("{},", *frame.number));
-    if (frame.request.summary) {
-      stream.write(
-          is_mesh ? fmt::format("{},,{},{}", c.a.fiber, row.contacts, row.distance)
-                  : fmt::format("{},{},{},{}", c.a.fiber, c.b.fiber, row.contacts, row.distance));
-      if (!frame.meshes.empty()) stream.write(is_mesh ? fmt::format(",{}", c.mesh) : ",");
-      stream.write("\n");
-      continue;
-    }
+    if (frame.request.summary) stream.write(fmt::format("{},", row.contacts));
     stream.write(fmt::format("{},{},{},", c.a.fiber, c.a.number, c.s));
     stream.write(is_mesh ? ",,," : fmt::format("{},{},{},", c.b.fiber, c.b.number, c.t));
     stream.write(fmt::format("{}", c.distance));
@@ -265,18 +258,8 @@ void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json 
   for (const ListRow& row : list.rows) {
     const FoundContact c = frame.contact(row.pair);
     ordered_json item;
-    if (frame.request.summary) {
-      item["fiber_a"] = c.a.fiber;
-      if (c.mesh == kNoMesh) {
-        item["fiber_b"] = c.b.fiber;
-      } else {
-        item["mesh"] = c.mesh;
-      }
-      item["contacts"] = row.contacts;
-      item["distance"] = row.distance;
-    } else {
-      item = c.mesh == kNoMesh ? contactJson(c) : meshContactJson(c);
-    }
+    if (frame.request.summary) item["contacts"] = row.contacts;
+    item.update(c.mesh == kNoMesh ? contactJson(c) : meshContactJson(c));
     stream.write(between + item.dump());
     between = ",\n  ";
   }
@@ -352,10 +335,12 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
   for (const MeshFile& mesh : frame.meshes) width = std::max(width, mesh.name.size());
   const bool meshes = !frame.meshes.empty();
   const char* const fiber = meshes ? "with" : "fiber";
-  stream.write(request.summary ? fmt::format("\n{:>8}   {:>{}} {:>10} {:>12}\n", "fiber", fiber,
-                                             width, "contacts", "distance")
-                               : fmt::format("\n{:>8} {:>8}   {:>{}} {:>8} {:>12}\n", "fiber",
-                                             "number", fiber, width, "number", "distance"));
+  stream.write(
+      fmt::format("\n{:>8} {:>8}   {:>{}} {:>8}", "fiber", "number", fiber, width, "number"));
+  if (request.summary) stream.write(fmt::format(" {:>8}", "contacts"));
+  stream.write(fmt::format(" {:>12}", "distance"));
+  if (request.summary) stream.write(fmt::format(" {:>10} {:>10} {:>10}", "x", "y", "z"));
+  stream.write("\n");
   for (const ListRow& row : list.rows) {
     const FoundContact c = frame.contact(row.pair);
     const bool is_mesh = c.mesh != kNoMesh;
@@ -363,10 +348,14 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
                              : meshes ? fmt::format("fiber {}", c.b.fiber)
                                       : fmt::format("{}", c.b.fiber);
     const std::size_t number = is_mesh ? static_cast<std::size_t>(c.triangle) : c.b.number;
-    stream.write(request.summary ? fmt::format("{:>8}   {:>{}} {:>10} {:>12.4g}", c.a.fiber, with,
-                                               width, countText(row.contacts), row.distance)
-                                 : fmt::format("{:>8} {:>8}   {:>{}} {:>8} {:>12.4g}", c.a.fiber,
-                                               c.a.number, with, width, number, c.distance));
+    stream.write(
+        fmt::format("{:>8} {:>8}   {:>{}} {:>8}", c.a.fiber, c.a.number, with, width, number));
+    if (request.summary) stream.write(fmt::format(" {:>8}", countText(row.contacts)));
+    stream.write(fmt::format(" {:>12.4g}", c.distance));
+    if (request.summary) {
+      const auto& [x, y, z] = c.point_a;
+      stream.write(fmt::format(" {:>10.4g} {:>10.4g} {:>10.4g}", x, y, z));
+    }
     stream.write(row.along ? "  along\n" : "\n");
   }
   if (const std::size_t more = list.row_count - list.rows.size(); more > 0) {

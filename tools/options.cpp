@@ -204,7 +204,7 @@ void addCheck(CLI::App& command, Arguments& arguments) {
   command.add_flag(
       "--summary", request.summary,
       "List pairs of fibers, or of a fiber and a mesh, with their\nnumbers of contacts "
-      "and least distances.");
+      "and the deepest of them.");
   CLI::Option* const json = addJson(command, request);
   command
       .add_flag_callback(

@@ -187,7 +187,11 @@ class Lists(ProgramTest):
         self.assertAlmostEqual(found["fiber_pairs"][1]["distance"], -0.1, delta=1e-6)
         rows = list(csv.DictReader(io.StringIO(self.run_program(*scene, "--csv", code=1))))
         self.assertEqual([(int(r["fiber_b"]), int(r["contacts"])) for r in rows], [(2, 3), (3, 2)])
-        self.assertRegex(self.run_program(*scene, code=1), r"\n +0 +2 +3 +-0\.2")
+        text = self.run_program(*scene, "--top", 1, code=1)
+        first = found["fiber_pairs"][0]
+        x, y, z = (re.escape(f"{v:.4g}") for v in first["point_a"])
+        numbers = rf"0 +{first['number_a']} +2 +{first['number_b']}"
+        self.assertRegex(text, rf"\n +{numbers} +3 +{first['distance']:.4g} +{x} +{y} +{z}\n")
 
     def test_summary_agrees_with_the_contacts(self):
         """Contacts of many fibers would be counted with the wrong ones."""
@@ -195,15 +199,22 @@ class Lists(ProgramTest):
         expected = {}
         for contact in json.loads(self.run_program(*scene, code=1))["contacts"]:
             pair = (contact["fiber_a"], contact["fiber_b"])
-            expected.setdefault(pair, []).append(contact["distance"])
+            expected.setdefault(pair, []).append(contact)
         self.assertGreater(len(expected), 30)
         rows = json.loads(self.run_program(*scene, "--summary", code=1))["fiber_pairs"]
         self.assertEqual(len(rows), len(expected))
         for row in rows:
-            distances = expected[(row["fiber_a"], row["fiber_b"])]
-            self.assertEqual((row["contacts"], row["distance"]), (len(distances), min(distances)))
+            contacts = expected[(row["fiber_a"], row["fiber_b"])]
+            deepest = min(contacts, key=lambda contact: contact["distance"])
+            self.assertEqual(row, {"contacts": len(contacts), **deepest})
         distances = [row["distance"] for row in rows]
         self.assertEqual(distances, sorted(distances))
+        table = self.run_program("check", scene[1], "--csv", "--summary", code=1)
+        for line, row in zip(csv.DictReader(io.StringIO(table)), rows, strict=True):
+            for name in ("contacts", "fiber_a", "number_a", "s", "fiber_b", "number_b", "t"):
+                self.assertEqual(float(line[name]), row[name])
+            for name in ("point_a", "point_b", "normal"):
+                self.assertEqual([float(line[f"{name}_{axis}"]) for axis in "xyz"], row[name])
 
     def test_too_many_pairs(self):
         """A radius that is far too large would fill the memory."""
@@ -283,9 +294,9 @@ class Lists(ProgramTest):
         self.assertIn(f"\n{along} of the pairs are near along one fiber", text)
         self.assertRegex(text, rf"\n +along +{along}  #+\n")
         text = self.run_program("check", path, "-r", radius, "--summary", "--top", 99, code=1)
-        rows = re.findall(r"^ +(\d+) +(\d+) +\d+ +(\S+)(  along)?$", text, re.M)
+        rows = re.findall(r"^ +(\d+) +\d+ +(\d+) +\d+ +\d+(?: +\S+){4}(  along)?$", text, re.M)
         apart = [row[0] != row[1] or row[0] == "3" for row in rows]
-        self.assertEqual([row[3] == "" for row in rows], apart)
+        self.assertEqual([row[2] == "" for row in rows], apart)
         self.assertIn(False, apart)
         self.assertIn(True, apart)
 

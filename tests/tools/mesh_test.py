@@ -100,7 +100,9 @@ class Mesh(ProgramTest):
         )
         rows = list(csv.DictReader(io.StringIO(self.check("--csv", "--summary"))))
         self.assertEqual([row["mesh"] for row in rows], ["0", "", "0"])
-        self.assertRegex(self.check("--summary"), r"\n +3 +fiber 4 +1 +-0\.1\n")
+        self.assertEqual([row["number_b"] for row in rows], ["", "0", ""])
+        self.assertEqual([row["triangle"] == "" for row in rows], [False, True, False])
+        self.assertRegex(self.check("--summary"), r"\n +3 +0 +fiber 4 +0 +1 +-0\.1( +\S+){3}\n")
 
     def test_the_inside_of_a_solid(self):
         """Hair wholly inside of the head would pass for free."""
