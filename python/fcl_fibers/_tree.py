@@ -683,8 +683,8 @@ def _core_of(other: Any, or_shape: bool = False) -> Any:
 
 
 def _tree_of(other: Any) -> Any:
-    if isinstance(other, TriangleMesh):
-        raise TypeError("other is a TriangleMesh; give a FiberTree")
+    if other is not None and not isinstance(other, FiberTree):
+        raise TypeError(f"other is a {type(other).__name__}; give a FiberTree")
     return _core_of(other)
 
 

@@ -278,8 +278,15 @@ def test_a_tree_in_the_place_of_a_mesh(tree):
             for call in (tree.impacts, tree.safe_step):
                 refused(call, TypeError, "mesh_end", "TriangleMesh", other=mesh, mesh_end=wrong)
     refused(tree.impacts, TypeError, "mesh_end", other=tree, mesh_end=mesh)
-    refused(tree.visit_pairs, TypeError, "FiberTree", visit=len, other=mesh)
-    refused(tree.moving_pairs, TypeError, "FiberTree", other=mesh)
+    sphere = fcl_fibers.SphereShape((0, 0, 0), 1)
+    for wrong in (mesh, sphere, 1):
+        text = f"other is a {type(wrong).__name__}; give a FiberTree$"
+        with pytest.raises(TypeError, match=text):
+            tree.visit_pairs(len, wrong)
+        with pytest.raises(TypeError, match=text):
+            tree.moving_pairs(wrong)
+    for call in (tree.nearest, tree.closest, tree.distance):
+        refused(call, TypeError, "SphereShape", "give a FiberTree or", other=sphere)
 
 
 def test_structured_arrays_in_the_place_of_numbers(tree):
