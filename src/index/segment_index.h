@@ -308,6 +308,9 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     return {moves() ? rangeOf(start()) : end, end};
   }
   FoundSegment find(const SegmentSource* source, SegmentId id) const;
+  tree::Visit searchAround(const geometry::MovingSegment& segment, double error, tree::Group group,
+                           SegmentId second, const PairFilter* filter, PairSink& sink,
+                           const Question& question, bool moves) const;
   template <class Sink, class... Asked>
   FCL_FIBERS_TREE_NO_EXPORT tree::Visit searchOneByOne(const SegmentIndex& other,
                                                        const SegmentSource* source, Sink& sink,

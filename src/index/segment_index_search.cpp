@@ -110,12 +110,18 @@ Visit SegmentIndex::search(const MovingSegment& segment, double error, Group gro
   one.start.setMostError(endPointError(segment.start));
   one.end.setMostError(endPointError(segment.end));
   return withFilter(question, moves, one, nullptr, error, [&](const PairFilter* filter) {
-    SerialBuffer buffer(filter, sink);
-    return visitTree(question, moves, [&](const auto& tree) {
-      const auto volume = around<std::decay_t<decltype(tree)>>(segment, padding() + error);
-      return visitOverlaps(tree, volume, second, group, buffer) == Visit::kStop ? Visit::kStop
-                                                                                : buffer.full();
-    });
+    return searchAround(segment, error, group, second, filter, sink, question, moves);
+  });
+}
+
+Visit SegmentIndex::searchAround(const MovingSegment& segment, double error, Group group,
+                                 SegmentId second, const PairFilter* filter, PairSink& sink,
+                                 const Question& question, bool moves) const {
+  SerialBuffer buffer(filter, sink);
+  return visitTree(question, moves, [&](const auto& tree) {
+    const auto volume = around<std::decay_t<decltype(tree)>>(segment, padding() + error);
+    return visitOverlaps(tree, volume, second, group, buffer) == Visit::kStop ? Visit::kStop
+                                                                              : buffer.full();
   });
 }
 
@@ -159,16 +165,20 @@ class ObstacleFilter final : public PairFilter {
 Visit SegmentIndex::search(const Obstacle& obstacle, PairSink& sink,
                            const Question& question) const {
   const Segment around = aroundOf(obstacle);
-  if (!around.isBox() || (!keepsSegments() && isBounded(around))) {
+  if (!around.isBox()) {
     return search({around, around}, obstacle.error, tree::kNoGroup, /*second=*/0, sink, question);
   }
-  const ObstacleFilter filter(movingRange(), obstacle, margin(), question);
-  SerialBuffer buffer(keepsSegments() ? &filter : nullptr, sink);
+  const ObstacleFilter touching(movingRange(), obstacle, margin(), question);
+  const PairFilter* const filter = keepsSegments() ? &touching : nullptr;
+  if (isBounded(around)) {
+    return searchAround({around, around}, obstacle.error, tree::kNoGroup, /*second=*/0, filter,
+                        sink, question, question.of_step && moves());
+  }
+  SerialBuffer buffer(filter, sink);
   // The volumes have the other half.
   const double reach = padding();
   const auto isNear = [&](const geometry::Box& box) {
-    return geometry::isNear(box, around, reach) &&
-           mayReach(box, obstacle, /*way=*/{0, 0, 0}, reach, /*error=*/0);
+    return mayReach(box, obstacle, /*way=*/{0, 0, 0}, reach, /*error=*/0);
   };
   const Visit visit =
       visitNear(question.of_step, isNear, [&](SegmentId id) { return buffer.push(id, 0); });
