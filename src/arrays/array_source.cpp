@@ -17,18 +17,22 @@ using index::SegmentId;
 template <typename S>
 bool ArraySource<S>::read(const SegmentId* ids, int count, int ahead, const Frame& frame,
                           index::SegmentBlock& out, index::BlockMask& present) const {
-  const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
   withStrides(fibers_, [&](auto point, auto axis) {
-    for (int i = count; i < count + ahead; ++i) {
-      const S* const first = fibers_.points + std::ptrdiff_t{ids[i]} * point;
+    // Copies, which what is written cannot change, stay in registers.
+    const S* const points = fibers_.points;
+    const double scale = frame.scale;
+    const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
+    const int read = count, in_all = count + ahead;
+    for (int i = read; i < in_all; ++i) {
+      const S* const first = points + std::ptrdiff_t{ids[i]} * point;
       __builtin_prefetch(first);
       __builtin_prefetch(first + point + 2 * axis);
     }
-    for (int i = 0; i < count; ++i) {
-      const S* const first = fibers_.points + std::ptrdiff_t{ids[i]} * point;
+    for (int i = 0; i < read; ++i) {
+      const S* const first = points + std::ptrdiff_t{ids[i]} * point;
       for (int k = 0; k < 3; ++k) {
-        out.a[k][i] = frame.scale * (static_cast<double>(first[k * axis]) - origin[k]);
-        out.b[k][i] = frame.scale * (static_cast<double>(first[k * axis + point]) - origin[k]);
+        out.a[k][i] = scale * (static_cast<double>(first[k * axis]) - origin[k]);
+        out.b[k][i] = scale * (static_cast<double>(first[k * axis + point]) - origin[k]);
       }
     }
   });
