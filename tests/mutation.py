@@ -648,6 +648,8 @@ FAULTS = [
           "point >= begin && point < end", "point >= begin && point <= end", "arrays_test"),
     Fault("keys lose their highest digit", "arrays/pair_order.cpp",
           "shift < bits; shift += digit", "shift + digit < bits; shift += digit", "arrays_test"),
+    Fault("of strided points, only the last axis may not be NaN", "arrays/coordinates.h",
+          "k < 3 && std::isfinite(most)", "k < 3", "arrays_test"),
     Fault("a gap is part of the fiber before", "fibers/fiber_table.h",
           "- (gaps_.empty() ? 0 : gaps_[fiber]);", ";", "arrays_test"),
     Fault("arcs of what follows a gap are shifted", "fibers/fiber_table.h",

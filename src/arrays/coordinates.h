@@ -93,12 +93,13 @@ double largestMagnitude(const S* numbers, std::size_t count, Step step) {
 template <template <typename> class Arrays, typename S>
 double largestCoordinate(const char* call, const Arrays<S>& arrays, std::size_t begin,
                          std::size_t end) {
+  if (begin == end) return 0;  // the points may be null
   const double largest = withStrides(arrays, [&](auto point, auto axis) {
     const S* const first = arrays.points + static_cast<std::ptrdiff_t>(begin) * point;
     const std::size_t count = end - begin;
     if (point == 3 * axis) return largestMagnitude(first, 3 * count, axis);
     double most = 0;
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3 && std::isfinite(most); ++k) {
       const double magnitude = largestMagnitude(first + k * axis, count, point);
       if (!(magnitude <= most)) most = magnitude;
     }

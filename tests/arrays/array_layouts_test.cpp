@@ -380,16 +380,24 @@ TYPED_TEST(ArrayLayouts, APointThatIsNotFiniteIsNamed) {
   for (const Strides strides : kStrides) {
     Assembly<S> fibers;
     for (int f = 0; f < 3; ++f) fibers.addFiber({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, 0.1);
-    for (const std::size_t number : {3 * 3 + 0, 3 * 4 + 1, 3 * 8 + 2}) {
-      const S right = std::exchange(fibers.points[number], std::numeric_limits<S>::infinity());
-      for (const std::vector<std::size_t>& gaps :
-           {std::vector<std::size_t>{0, 0, 0, 0}, {2, 1, 3, 1}}) {
-        const Relaid<S> bad(fibers, strides, gaps);
-        const std::int32_t point = bad.place(static_cast<std::int32_t>(number / 3));
-        EXPECT_THAT([&] { FiberTree().build(bad.view()); },
-                    refuses("point " + std::to_string(point) + " is NaN or infinite"));
+    for (const S wrong :
+         {std::numeric_limits<S>::infinity(), std::numeric_limits<S>::quiet_NaN()}) {
+      for (const std::size_t number : {3 * 3 + 0, 3 * 4 + 1, 3 * 8 + 2}) {
+        const Relaid<S> good(fibers, strides, {0, 0, 0, 0});
+        FiberTree tree;
+        tree.build(good.view());
+        const S right = std::exchange(fibers.points[number], wrong);
+        const Relaid<S> moved(fibers, strides, {0, 0, 0, 0});
+        EXPECT_THAT([&] { tree.update(moved.view()); }, refuses("is NaN or infinite"));
+        for (const std::vector<std::size_t>& gaps :
+             {std::vector<std::size_t>{0, 0, 0, 0}, {2, 1, 3, 1}}) {
+          const Relaid<S> bad(fibers, strides, gaps);
+          const std::int32_t point = bad.place(static_cast<std::int32_t>(number / 3));
+          EXPECT_THAT([&] { FiberTree().build(bad.view()); },
+                      refuses("point " + std::to_string(point) + " is NaN or infinite"));
+        }
+        fibers.points[number] = right;
       }
-      fibers.points[number] = right;
     }
   }
 }
