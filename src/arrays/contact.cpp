@@ -96,8 +96,7 @@ MeshContact meshContact(const FiberArrays<S>& fibers, const TriangleMesh& mesh, 
 template <typename S>
 ShapeContact shapeContact(const FiberArrays<S>& fibers, const Shape& shape, std::int32_t segment) {
   constexpr char kShape[] = "shapeContact";
-  arrays::requireShape(
-      shape, [&](const std::string& what) { fibers::throwInvalidArgument(kShape, what); });
+  arrays::requireShape(kShape, shape);
   const arrays::LocatedSegment capsule = arrays::locate(kShape, fibers, segment);
   const geometry::Vec3d& origin = capsule.segment.a;
   const geometry::Frame near{origin, 1};

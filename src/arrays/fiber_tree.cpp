@@ -67,9 +67,6 @@ struct Call {
   void require(const char* problem) const {
     if (problem != nullptr) refuse(problem);
   }
-  void require(const Shape& shape) const {
-    arrays::requireShape(shape, [this](const std::string& what) { refuse(what); });
-  }
 };
 
 /// Adds what is found to a vector.
@@ -137,7 +134,7 @@ class FiberTree::Impl {
       if (question.others == nullptr) call.refuse("give Contacts the fibers of the other tree too");
       partner.impl()->requireArrays(call, *question.others);
     } else if constexpr (std::is_same_v<Partner, Shape>) {
-      call.require(partner);
+      arrays::requireShape(call.text(), partner);
     }
   }
   template <typename S>
@@ -320,7 +317,7 @@ class FiberTree::Impl {
 
   template <class Question>
   bool search(const Call& call, Question, const Shape& partner, const Take& take) const {
-    call.require(partner);
+    arrays::requireShape(call.text(), partner);
     const geometry::Obstacle shape = arrays::obstacleOf(partner, index_->frame());
     if (!isFinite(shape)) {
       call.refuse(

@@ -83,8 +83,7 @@ template <typename S>
 ShapeContact impactContact(const FiberArrays<S>& start, const FiberArrays<S>& end,
                            const Shape& shape, const ShapeImpact& impact) {
   checkTime(impact.time);
-  arrays::requireShape(shape,
-                       [&](const std::string& what) { fibers::throwInvalidArgument(kCall, what); });
+  arrays::requireShape(kCall, shape);
   const LocatedMotion capsule = locate(start, end, impact.segment);
   const Vec3d origin = capsule.segment.start.a;
   ShapeContact contact = arrays::shapeContact(at(relativeTo(origin, capsule.segment), impact.time),

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <string>
 #include <type_traits>
 
 #include "arrays/located_segment.h"
 #include "arrays/triangle_mesh.h"
 #include "fibers/mesh_contacts.h"
+#include "fibers/options.h"
 #include "geometry/double_double.h"
 #include "geometry/least_distance.h"
 #include "geometry/obstacle_contact.h"
@@ -79,9 +81,10 @@ Obstacle place(const PlaneShape& s, const Frame& frame) {
 
 }  // namespace
 
-void requireShape(const Shape& shape, const std::function<void(const std::string&)>& refuse) {
+void requireShape(const std::string& call, const Shape& shape) {
   const auto require = [&](bool is_right, const auto&... what) {
-    if (!is_right) refuse(joinedText("the ", kNames[shape.index()], ": ", what...));
+    if (is_right) return;
+    fibers::throwInvalidArgument(call, joinedText("the ", kNames[shape.index()], ": ", what...));
   };
   const auto requireNumber = [&](double x, const auto&... name) {
     require(std::fabs(x) <= 0x1p1000, name..., " is ", x,

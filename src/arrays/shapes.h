@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <functional>
 #include <string>
 
 #include <fcl_fibers/contact.h>
@@ -10,8 +9,8 @@
 
 namespace fcl_fibers::arrays {
 
-/// Calls refuse(what), which throws, if no shape has such numbers.
-void requireShape(const Shape& shape, const std::function<void(const std::string&)>& refuse);
+/// Throws std::invalid_argument, which names the call, if no shape has such numbers.
+void requireShape(const std::string& call, const Shape& shape);
 
 /// A shape in a frame. The result is not finite if it overflows.
 /// @pre requireShape() has passed
