@@ -117,7 +117,7 @@ struct ShapeContact {
 /// 16 eps of its largest coordinate. A depth along the normal of a needle is only as exact as that
 /// normal.
 struct MeshContact : ShapeContact {
-  std::int32_t triangle = 0;  ///< index of the triangle in MeshArrays::triangles
+  std::int32_t triangle = -1;  ///< index of the triangle in MeshArrays::triangles
 
   /// Whether the mesh is solid and the axis crosses the triangle or has its closest point inside.
   bool solid = false;

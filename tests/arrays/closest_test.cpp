@@ -257,6 +257,7 @@ TEST(Closest, OfNoPairIsInfinitelyFar) {
        {tree.closest(Contacts{fibers.view()}, nothing), built.closest(Contacts{none}, mesh)}) {
     EXPECT_EQ(contact.distance, kInfinity);
     EXPECT_EQ(contact.segment, -1);
+    EXPECT_EQ(contact.triangle, -1);
     EXPECT_EQ(contact.place.fiber, kNoFiber);
   }
   std::vector<SegmentPair> pairs(3);
