@@ -286,9 +286,12 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///     const Contact c = tree.closest(Contacts{fibers, &others}, other_tree);
   ///     if (c.distance < 0.1) slowDown(c.a.fiber, c.b.fiber);
   ///
-  /// The distance is that of a contact, and no other contact of the two has a smaller one, up to
-  /// the error of both. Throws as find() of Contacts does, if the tree has Report::kVolumes, and if
-  /// the coordinates of one tree overflow in the unit of the other.
+  /// A segment in a solid mesh counts by its shortest way out: of its contacts that have `solid`
+  /// set, that of least depth. If the solid is not convex, this way need not free the segment.
+  ///
+  /// The distance is that of a contact. Apart from longer ways out, no other contact of the two has
+  /// a smaller one, up to the error of both. Throws as find() of Contacts does, if the tree has
+  /// Report::kVolumes, and if the coordinates of one tree overflow in the unit of the other.
   template <typename S, class Partner>
   FoundBy<Contacts<S>, Partner> closest(const Contacts<S>& question, const Partner& partner) const {
     requireAnswer<Nearest, Partner>();

@@ -462,7 +462,9 @@ class FiberTree:
         """The contact of the least distance, one row of what contacts() returns.
 
         Without `other`, of this tree, whose neighbours and groups are left out. If something
-        touches, it is the deepest contact. The margin does not count. If there is no pair, the
+        touches, it is the deepest contact. A segment in a solid mesh counts by its shortest way
+        out: of its contacts that have `solid` set, that of least depth. If the solid is not
+        convex, this way need not free it. The margin does not count. If there is no pair, the
         distance is infinite and the segments are -1. A tree with report="volumes" raises
         ValueError.
         """

@@ -86,6 +86,13 @@ bool isNearer(const MeshContact& p, const MeshContact& q) {
   return std::tie(p.distance, p.segment, p.triangle) < std::tie(q.distance, q.segment, q.triangle);
 }
 
+/// Whether p, of two contacts of one segment with a mesh, is its way off the mesh: the shortest one
+/// out of a solid, or else that off the nearest triangle.
+bool isWayRatherThan(const MeshContact& p, const MeshContact& q) {
+  if (p.solid != q.solid) return p.solid;
+  return p.solid ? p.distance > q.distance : p.distance < q.distance;
+}
+
 /// Hands on what search(sink) finds. Returns whether `take` ended it.
 template <class Found, class Keep, class Search>
 bool handOn(const Take& take, const Keep& keep, Search&& search) {
@@ -214,6 +221,7 @@ class FiberTree::Impl {
     handOn<TrianglePair>(appendTo(pairs), kAll,
                          [&](auto& sink) { return index_->search(mesh, /*margin=*/0, sink); });
     if (pairs.empty()) arrays::findClosest(index_, mesh, pairs);
+    arrays::sortFound(pairs);  // the triangles of a segment follow each other
   }
 
   FiberSegment fiberSegment(std::int32_t segment) const {
@@ -406,14 +414,25 @@ void FiberTree::findClosest(const Contacts<S>& question, const Partner& partner,
   held->closestPairs(call, partner, pairs);
   constexpr std::size_t kBlock = 16384;
   std::vector<Found> contacts(std::min(kBlock, pairs.size()));
-  closest.distance = std::numeric_limits<double>::infinity();
+  Found way;  // of the segment at hand, with a mesh
+  way.distance = closest.distance = std::numeric_limits<double>::infinity();
   for (std::size_t begin = 0; begin < pairs.size(); begin += kBlock) {
     contacts.resize(std::min(kBlock, pairs.size() - begin));
     held->compute(call, question, partner, pairs.data() + begin, contacts.size(), contacts.data());
     for (const Found& contact : contacts) {
-      if (isNearer(contact, closest)) closest = contact;
+      if constexpr (std::is_same_v<Found, MeshContact>) {
+        if (contact.segment != way.segment) {
+          if (isNearer(way, closest)) closest = way;
+          way = contact;
+        } else if (isWayRatherThan(contact, way)) {
+          way = contact;
+        }
+      } else if (isNearer(contact, closest)) {
+        closest = contact;
+      }
     }
   }
+  if (isNearer(way, closest)) closest = way;
 }
 
 template <class Partner, typename S, class Found>

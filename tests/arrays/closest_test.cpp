@@ -328,8 +328,9 @@ TYPED_TEST(Closest, NearestOfEachSegmentIsThatOfTheLeastDistance) {
   }
 }
 
-/// The contact of least distance with a mesh: of all pairs or, if some touch, of those that do and
-/// of what is inside a solid, each with its nearest triangle.
+/// The contact of least distance with a mesh: of all pairs or, if some touch, of the ways of the
+/// segments that do. That of a segment in a solid is the shortest of its ways out or, if it touches
+/// no triangle, that at the nearest one.
 template <typename S>
 MeshContact leastOf(const Assembly<S>& fibers, const TriangleMesh& mesh, const Triangles<S>& shape,
                     const MeshPose& pose) {
@@ -339,8 +340,8 @@ MeshContact leastOf(const Assembly<S>& fibers, const TriangleMesh& mesh, const T
   apart.distance = touching.distance = kInfinity;
   fibers.visitCapsules([&](std::size_t, std::size_t i) {
     const ExactCapsule capsule = roundedCapsule(fibers.capsule(i));
-    bool touches = false;
-    MeshContact nearest;
+    MeshContact nearest, way;
+    way.distance = kInfinity;
     Real least = kInfinity;
     const auto keep = [](MeshContact& best, const MeshContact& contact) {
       if (std::tie(contact.distance, contact.segment, contact.triangle) <
@@ -352,8 +353,11 @@ MeshContact leastOf(const Assembly<S>& fibers, const TriangleMesh& mesh, const T
       const TrianglePair pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(t)};
       const MeshContact contact = meshContact(fibers.view(), mesh, pair);
       const Real gap = segmentTriangleDistance(capsule.a, capsule.b, shape.triangle(t, pose));
-      if (gap <= capsule.radius) keep(touching, contact);
-      touches = touches || gap <= capsule.radius;
+      if (gap <= capsule.radius) {
+        const bool is_better =
+            contact.solid ? contact.distance > way.distance : contact.distance < way.distance;
+        if (contact.solid != way.solid ? contact.solid : is_better) way = contact;
+      }
       if (!contact.solid) {
         EXPECT_LE(std::fabs(contact.distance - (gap - capsule.radius)), gap > 0 ? error : 1);
         keep(apart, contact);
@@ -363,7 +367,8 @@ MeshContact leastOf(const Assembly<S>& fibers, const TriangleMesh& mesh, const T
         nearest = contact;
       }
     }
-    if (!touches && nearest.solid) keep(touching, nearest);
+    if (way.segment < 0 && nearest.solid) way = nearest;
+    keep(touching, way);
   });
   return touching.segment >= 0 ? touching : apart;
 }
@@ -399,6 +404,27 @@ TYPED_TEST(Closest, OfAMeshIsTheLeastOfAllPairs) {
   EXPECT_GT(insides, 0);
   EXPECT_GT(touching, 0);
   EXPECT_GT(apart, 0);
+}
+
+// A body would be told to go the longest of its ways out, as if it were the depth.
+TEST(Closest, OfASolidIsTheLeastWayOutOfTheDeepestSegment) {
+  const Triangles<double> cube = boxMesh({0, 0, 0}, {1, 1, 1});
+  const TriangleMesh solid(cube.view(), TriangleMesh::Kind::kSolid);
+  Assembly<double> fibers;
+  // It leaves through x = 1. There the way out is 0.8, and 0.18 at y = 0.
+  fibers.addFiber({{0.3, 0.08, 0.5}, {1.05, 0.08, 0.5}}, 0.1);
+  const auto closest = [&] {
+    return capsulesOf(fibers.view()).closest(Contacts{fibers.view()}, solid);
+  };
+  EXPECT_NEAR(closest().distance, -0.18, 1e-14);
+  EXPECT_NEAR(closest().normal[1], 1, 1e-14);
+  // The axis of this one is outside of the solid.
+  fibers.addFiber({{0.2, 1.05, 0.5}, {0.4, 1.05, 0.5}}, 0.1);
+  EXPECT_EQ(closest().place.fiber, 0u);
+  // The way out of this one is longer than the first one's.
+  fibers.addFiber({{0.3, 0.5, 0.8}, {1.05, 0.5, 0.8}}, 0.25);
+  EXPECT_EQ(closest().place.fiber, 2u);
+  EXPECT_NEAR(closest().distance, -0.45, 1e-14);
 }
 
 // Where the lengths of one tree overflow in the unit of the other, there would be a wrong answer.
