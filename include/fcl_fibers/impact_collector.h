@@ -38,10 +38,9 @@ class ImpactCollector {
 
   /// Collects the impacts of collision queries.
   /// @param manager  the manager that is queried; it has to outlive the collector
-  /// @param other    a fiber manager with second objects, as in `manager.collide(other, ...)`; it
-  /// has
-  ///                 to outlive the collector, too. Null if there is none. A second object that it
-  ///                 does not have is looked for in `manager`. What is in neither has no fiber.
+  /// @param other    a fiber manager with second objects, as in `manager.collide(other, ...)`. It
+  ///                 has to outlive the collector, too. Null if there is none. A second object that
+  ///                 it does not have is looked for in `manager`. What is in neither has no fiber.
   explicit ImpactCollector(const Manager& manager, const Manager* other = nullptr)
       : manager_(manager), other_(other) {}
 
