@@ -188,7 +188,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// * the question is about a step and the last update was none, or the meshes of a MeshStep do
   ///   not fit each other;
   /// * a tree has Report::kVolumes, so that it keeps no capsules, and the question is another one
-  ///   than MovingPairs, or Pairs of trees and shapes;
+  ///   than MovingPairs, or Pairs and Contacts of trees and shapes, which may be apart then;
   /// * a number of a shape is NaN or its magnitude exceeds 2^1000, its radius is negative, its low
   ///   exceeds its high, its normal is 0, or its rotation is none;
   /// * a mesh or a shape is so far from the fibers that its coordinates overflow.
