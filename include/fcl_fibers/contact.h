@@ -31,8 +31,9 @@ struct ContactNodes {
 struct BareContact {
   SegmentPair pair{-1, -1};  ///< the segments, each named by its first point; -1 if of no arrays
 
-  /// Tells of which fibers the segments are: equal for equal `point_begin`
-  /// and `point_end`. 0 if it is not known.
+  /// Tells of which fibers the segments are: equal for equal `point_begin` and `point_end`. 0 if it
+  /// is not known, as in what capsuleContact(), shapeContact() and all other functions without a
+  /// tree return. Then accumulate() cannot tell that a contact is of an earlier build.
   std::uint32_t layout = 0;
   std::int32_t reserved = 0;  ///< 0; room for a later version
 

@@ -331,8 +331,12 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///
   /// Throws std::invalid_argument, before it adds anything, if there are more or fewer forces than
   /// contacts, if a force is NaN or infinite as a number of the sums' type, if s, t or a weight is
-  /// not in [0, 1], if a contact's layout() is neither 0 nor that of this tree and the partner, if
-  /// a segment or triangle does not exist, or if there are not as many sums as points.
+  /// not in [0, 1], if a contact's `layout` is neither 0 nor that of this tree and the partner, if
+  /// its points or triangle do not exist, or if there are not as many sums as points. If the layout
+  /// is 0, it throws too if no segment starts at the point; else that is taken as found.
+  ///
+  /// A contact does not tell of which mesh it is, so pass the one that it was found with. The sums
+  /// must share no memory with the contacts and the forces, which are read again while it adds.
   ///@{
   void accumulate(const ContactForces& forces, const PointSums& sums) const;
   void accumulate(const ContactForces& forces, const FiberTree& other, const PointSums& sums,
@@ -341,8 +345,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
                   const PointSums& mesh_sums) const;
   ///@}
 
-  /// Returns what contacts of this tree have as `layout`: equal for equal `point_begin`, and never
-  /// 0 after a build.
+  /// Returns what contacts of this tree have as `layout`: equal for equal `point_begin` and
+  /// `point_end`, and never 0 after a build.
   std::uint32_t layout() const { return layout(*this); }
   /// Returns what contacts with another tree have.
   std::uint32_t layout(const FiberTree& other) const;
