@@ -382,7 +382,7 @@ TYPED_TEST(ArrayLayouts, APointThatIsNotFiniteIsNamed) {
     for (int f = 0; f < 3; ++f) fibers.addFiber({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, 0.1);
     for (const S wrong :
          {std::numeric_limits<S>::infinity(), std::numeric_limits<S>::quiet_NaN()}) {
-      for (const std::size_t number : {3 * 3 + 0, 3 * 4 + 1, 3 * 8 + 2}) {
+      for (const std::size_t number : {3 * 3 + 0UL, 3 * 4 + 1UL, 3 * 8 + 2UL}) {
         const Relaid<S> good(fibers, strides, {0, 0, 0, 0});
         FiberTree tree;
         tree.build(good.view());
