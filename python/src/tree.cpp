@@ -211,13 +211,14 @@ class Tree {
   void accumulate(const py::array& contacts, const py::array& forces, const Partner& partner,
                   const PointSums& sums, const PointSums& partner_sums) const {
     const Query own(users_);
+    std::optional<Query> others;
+    if constexpr (std::is_same_v<Partner, Other>) others.emplace(this->partner(partner).users_);
     const auto add = [&](const auto& found) {
       const auto addAll = [&](const ContactForces& all) {
         const Unlocked unlocked;
         if constexpr (std::is_same_v<Partner, TriangleMesh>) {
           tree_.accumulate(all, partner, sums, partner_sums);
         } else if (partner != nullptr) {
-          const Query others(partner->users_);
           tree_.accumulate(all, partner->tree_, sums, partner_sums);
         } else {
           tree_.accumulate(all, sums);
