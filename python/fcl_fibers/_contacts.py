@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Tuple, Union
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
@@ -64,9 +64,13 @@ def contacts_of(contacts: Any) -> np.ndarray:
     )
 
 
-def require_layout(contacts: np.ndarray, layout: int) -> None:
+def require_found(contacts: np.ndarray, layout: int, **counts: int) -> None:
+    """Refuses the first contact of another layout, or whose field is not below its count."""
     layouts = contacts["layout"]
-    wrong = np.flatnonzero((layouts != layout) & (layouts != 0))
+    is_wrong = (layouts != layout) & (layouts != 0)
+    for name, count in counts.items():
+        is_wrong |= (contacts[name] < 0) | (contacts[name] >= count)
+    wrong = np.flatnonzero(is_wrong)
     if len(wrong) > 0:
         raise ValueError(
             f"contact {wrong[0]}: it is not of this tree and this partner; pass contacts that were "
@@ -78,16 +82,6 @@ def side_of(contacts: np.ndarray, segment: str, s: str) -> Nodes:
     """The two points of a segment, by the names of its fields."""
     first, along = contacts[segment], contacts[s]
     return Nodes(np.stack([first, first + 1], 1), np.stack([1 - along, along], 1))
-
-
-def nodes_of(contacts: np.ndarray, is_apart: bool) -> Union[Nodes, Tuple[Nodes, Nodes]]:
-    """The nodes of a and b, as two if they are apart; of contacts with a mesh those of a alone."""
-    if "segment" in names_of(contacts):
-        if is_apart:
-            raise TypeError("the contacts are with a mesh; give the mesh, or nothing")
-        return side_of(contacts, "segment", "s")
-    a, b = side_of(contacts, "a", "s"), side_of(contacts, "b", "t")
-    return (a, b) if is_apart else Nodes(*map(np.hstack, zip(a, b)))
 
 
 def forces_of(forces: Any) -> np.ndarray:

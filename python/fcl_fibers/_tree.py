@@ -366,21 +366,33 @@ class FiberTree:
         """The points that carry contacts, and with which weights, as (points, weights).
 
         contacts   those of contacts() or impact_contacts(), or some of them
-        other      the tree or mesh that they are with, if there is one
+        other      the tree or mesh that they are with, if there is one; a shape has no points
 
         Without `other`, both are (n, 4): the two points of a, then the two of b; of contacts with a
-        mesh (n, 2), those of the fiber. With `other`, two are returned: (n, 2) of this tree, and
-        (n, 2) of the other tree or (n, 3) of the mesh. The weights of each side sum up to 1.
+        mesh or a shape (n, 2), those of the fiber. With `other`, two are returned: (n, 2) of this
+        tree, and (n, 2) of the other tree or (n, 3) of the mesh. The weights of each side
+        sum up to 1. Contacts of other offsets or of another partner raise ValueError.
         """
         array = _contacts.contacts_of(contacts)
-        if not isinstance(other, TriangleMesh):
-            _contacts.require_layout(array, self._tree.layout(_core_of(other)))
-            return _contacts.nodes_of(array, other is not None)
-        _contacts.require_layout(array, self._tree.layout(None))
-        if "triangle" not in _contacts.names_of(array):
-            raise TypeError("the contacts are of two segments; leave the mesh out")
-        corners = Nodes(other._triangles[array["triangle"]], array["weights"].copy())
-        return _contacts.side_of(array, "segment", "s"), corners
+        names = _contacts.names_of(array)
+        core, points = _core_of(other), len(self.points)
+        if "segment" not in names:
+            if isinstance(other, TriangleMesh):
+                raise TypeError("the contacts are of two segments; leave the mesh out")
+            others = points if other is None else len(other.points)
+            _contacts.require_found(array, self._tree.layout(core), a=points - 1, b=others - 1)
+            a, b = _contacts.side_of(array, "a", "s"), _contacts.side_of(array, "b", "t")
+            return Nodes(*map(np.hstack, zip(a, b))) if other is None else (a, b)
+        if isinstance(other, FiberTree):
+            raise TypeError("the contacts are with a mesh or a shape; give the mesh, or nothing")
+        _contacts.require_found(array, self._tree.layout(None), segment=points - 1)
+        fiber = _contacts.side_of(array, "segment", "s")
+        if other is None:
+            return fiber
+        if "triangle" not in names:
+            raise TypeError("the contacts are with a shape; leave the mesh out")
+        _contacts.require_found(array, self._tree.layout(None), triangle=other.triangle_count)
+        return fiber, Nodes(other._triangles[array["triangle"]], array["weights"].copy())
 
     def accumulate(
         self,
@@ -394,9 +406,10 @@ class FiberTree:
 
         contacts   those of contacts() or impact_contacts(), or some of them
         forces     (n,) along the normals, where positive numbers push apart, or (n, 3). A force
-                   acts on b, or on the mesh, and the opposite one acts on a.
+                   acts on b, the mesh or the shape, and the opposite one acts on a.
         out        (points, 3) float32 or float64 to add to; zeros, float64, if there is none
-        other      the tree or mesh that the contacts are with, if there is one
+        other      the tree or mesh that the contacts are with, if there is one; a shape has no
+                   points
         other_out  likewise for its points; if there is none, what acts on these is left out
 
         Each force is shared by the weights of nodes(). The sums are those of a loop over the

@@ -230,6 +230,7 @@ class Tree {
     const py::dtype type = contacts.dtype();
     if (type.equal(bareType())) return add(Borrowed<BareContact>(contacts));
     if (type.equal(contactType())) return add(Borrowed<Contact>(contacts));
+    if (type.equal(shapeContactType())) return add(Borrowed<ShapeContact>(contacts));
     add(Borrowed<MeshContact>(contacts));
   }
 
@@ -513,7 +514,8 @@ void addTree(py::module_& module) {
                              [](const Tree& tree) { return tree.tree().segmentCount(); })
       .def_property_readonly("memory_usage",
                              [](const Tree& tree) { return tree.tree().memoryUsage(); });
-  module.attr("contact_types") = py::make_tuple(bareType(), contactType(), meshContactType());
+  module.attr("contact_types") =
+      py::make_tuple(bareType(), contactType(), shapeContactType(), meshContactType());
   module.def("fiber_pairs", [](const py::array& contacts) {
     return toArray(fiberPairs(Borrowed<Contact>(contacts)), fiberPairType());
   });

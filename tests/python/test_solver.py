@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from fcl_fibers import FiberTree, TriangleMesh, fiber_pairs
+from fcl_fibers import FiberTree, HalfSpaceShape, SphereShape, TriangleMesh, fiber_pairs
 
 
 def curls(seed, fibers=40, points=25, scalar=np.float64):
@@ -145,6 +145,38 @@ def test_accumulate_is_a_loop(scalar, threads):
     assert np.array_equal(tree.accumulate(contacts, pushes, out * 0), expected)
 
 
+@pytest.mark.parametrize("scalar", [np.float32, np.float64])
+@pytest.mark.parametrize("threads", [1, 3])
+def test_contacts_with_shapes(scalar, threads):
+    points = curls(1, scalar=scalar)
+    tree = tree_of(points, threads)
+    tree.update(points, points + np.random.RandomState(3).uniform(-0.1, 0.1, points.shape))
+    random = np.random.RandomState(8)
+    for shape in (HalfSpaceShape((0, 0.6, 0.8), 0), SphereShape((0.1, 0, 0), 0.4)):
+        for contacts in (
+            tree.contacts(shape),
+            tree.contacts(shape)[::-2],
+            tree.impact_contacts(tree.impacts(shape), shape),
+        ):
+            assert len(contacts) > 50
+            first, s = contacts["segment"], contacts["s"]
+            nodes, weights = tree.nodes(contacts)
+            assert np.array_equal(nodes, np.stack([first, first + 1], 1))
+            assert np.array_equal(weights, np.stack([1 - s, s], 1))
+            pushes = random.randn(len(contacts))
+            for forces in (pushes, random.randn(len(contacts), 3)):
+                full = forces if forces.ndim == 2 else forces[:, np.newaxis] * contacts["normal"]
+                out = np.zeros((1000, 3), scalar)
+                expected = out.copy()
+                added(expected, nodes, -weights, full)
+                tree.accumulate(contacts, forces, out)
+                assert np.array_equal(out, expected) and out.any()
+    for call in (tree.nodes, lambda c, other: tree.accumulate(c, pushes, other=other)):
+        for other in (tree, soup()):
+            with pytest.raises((TypeError, ValueError), match="leave|or nothing"):
+                call(contacts, other)
+
+
 def test_some_contacts_in_any_layout():
     tree = tree_of(curls(1))
     contacts = tree.contacts()
@@ -212,6 +244,19 @@ def test_refusals():
         tree.nodes(tree.contacts(mesh), tree)
     with pytest.raises(TypeError, match="contacts are .*give an array that contacts"):
         tree.accumulate(tree.pairs(), ones, out)
+    of_mesh = tree.contacts(mesh)
+    for found, field, partner in (
+        (contacts, "a", None),
+        (tree.contacts(other), "b", other),
+        (of_mesh, "segment", mesh),
+        (of_mesh, "triangle", mesh),
+    ):
+        for wrong in (-1, 1000):
+            changed = found.copy()
+            changed[field][2] = wrong
+            for call in (tree.nodes, lambda c, p: tree.accumulate(c, np.ones(len(c)), other=p)):
+                with pytest.raises(ValueError, match="contact 2: it is not of this tree"):
+                    call(changed, partner)
     changed = contacts.copy()
     changed["s"][3] = 1.5
     with pytest.raises(ValueError, match=r"contact 3: s, t or a weight is not in \[0, 1\]"):
