@@ -101,3 +101,12 @@ def sums_of(name: str, out: Any) -> np.ndarray:
     if not (out.flags.c_contiguous and out.flags.aligned and out.flags.writeable):
         raise ValueError(f"{name} has to be C-contiguous and writable")
     return out.reshape(-1, 3)
+
+
+def refuse_shared(**arrays: Any) -> None:
+    """Refuses arrays, by name, that share memory with one that comes before them."""
+    names = [name for name, array in arrays.items() if array is not None]
+    for i, name in enumerate(names):
+        for before in names[:i]:
+            if np.may_share_memory(arrays[before], arrays[name]):
+                raise ValueError(f"{name} shares memory with {before}; give another array")

@@ -412,6 +412,7 @@ class FiberTree:
                    points
         other_out  likewise for its points; if there is none, what acts on these is left out
 
+        `out` and `other_out` share no memory with each other, the contacts or the forces.
         Each force is shared by the weights of nodes(). The sums are those of a loop over the
         contacts, bit for bit, with any number of threads. Forces that are NaN or infinite, and
         contacts of other offsets, raise ValueError before anything is added.
@@ -424,6 +425,8 @@ class FiberTree:
         sums = _contacts.sums_of("out", out)
         other_sums = None if other_out is None else _contacts.sums_of("other_out", other_out)
         values = _contacts.forces_of(forces)
+        _contacts.refuse_shared(contacts=array, out=sums, other_out=other_sums)
+        _contacts.refuse_shared(forces=values, out=sums, other_out=other_sums)
         self._tree.accumulate(array, values, _core_of(other), sums, other_sums)
         return out
 

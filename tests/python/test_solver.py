@@ -268,6 +268,32 @@ def test_refusals():
     assert not out.any()
 
 
+def test_sums_share_no_memory_with_what_is_read():
+    tree = tree_of(curls(1))
+    memory = np.zeros((2000, 3))
+    first, second = memory[:1000], memory[1000:]
+    contacts = tree.contacts()[:1000]
+    ones = np.ones(1000)
+    stored = memory.reshape(-1)[: 10 * contacts.itemsize // 8].view(contacts.dtype)
+    stored[:] = contacts[:10]
+    before = memory.copy()
+    for names, arguments in (
+        ("out .* forces", (contacts, first, first)),
+        ("out .* forces", (contacts, memory[500:1500], first)),
+        ("out .* contacts", (stored, ones[:10], first)),
+        ("other_out .* forces", (contacts, first, second, tree, first)),
+        ("other_out .* out", (contacts, ones, first, tree, first)),
+    ):
+        with pytest.raises(ValueError, match=names.replace(".*", "shares memory with")):
+            tree.accumulate(*arguments)
+        assert np.array_equal(memory, before)
+    memory[:] = 0
+    tree.accumulate(contacts, ones, first, tree, second)
+    assert first.any() and second.any()
+    pushes = np.ones((1000, 3), np.float32)  # they are converted, so they are read before
+    assert tree.accumulate(contacts, pushes, pushes) is pushes
+
+
 def test_nothing():
     tree = FiberTree(report="capsules", ignored_neighbors=1)
     contacts = tree.contacts()
