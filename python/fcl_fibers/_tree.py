@@ -517,6 +517,9 @@ class FiberTree:
 
     def _of_points(self, points: ArrayLike, ask: Callable[[FiberTree], np.ndarray]) -> np.ndarray:
         array = _arrays.rows("points", _arrays.numbers("points", points))
+        wrong = np.flatnonzero(~np.isfinite(array).all(axis=1))
+        if len(wrong) > 0:
+            raise ValueError(f"point {wrong[0]} is NaN or infinite; give it finite coordinates")
         options = self._options._replace(report="capsules", ignored_arc_length=0.0)
         cloud = FiberTree(**options._asdict())
         # A point is a fiber of one segment without length.

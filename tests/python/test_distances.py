@@ -108,6 +108,16 @@ def test_points(dtype, margin):
     assert len(held) > 20
 
 
+def test_points_that_are_no_places():
+    tree = tree_of(random_scene(36))
+    for axis, wrong in enumerate((np.nan, np.inf, -np.inf)):
+        points = np.zeros((5, 3))
+        points[3, axis] = wrong
+        for call in (tree.nearest_to, tree.holding):
+            with pytest.raises(ValueError, match="^point 3 is NaN or infinite"):
+                call(points)
+
+
 def test_trees_of_volumes_are_refused():
     points, offsets = cross()
     volumes, tree = fcl_fibers.FiberTree(report="volumes"), fcl_fibers.FiberTree(report="capsules")
