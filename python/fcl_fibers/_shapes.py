@@ -6,6 +6,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import numpy as np
+
 from . import _arrays, _core
 from ._arrays import ArrayLike
 
@@ -17,6 +19,12 @@ class Shape:
     no shape has such numbers. Shapes do not change. They have the names of C++'s shapes.h.
     """
 
+    _kind: Any
+
+    def __init__(self) -> None:
+        """Raises TypeError: a program makes one of the types that are derived from this one."""
+        raise TypeError("Shape is the type of all shapes; give one of them, such as SphereShape")
+
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):  # type: ignore[arg-type]
             value = getattr(self, field.name)
@@ -24,17 +32,20 @@ class Shape:
                 value = _arrays.number(field.name, value)
             else:
                 shape = (3, 3) if field.name == "rotation" else (3,)
-                value = tuple(_arrays.vector(field.name, value, shape))
+                rows = np.reshape(_arrays.vector(field.name, value, shape), shape).tolist()
+                value = tuple(map(tuple, rows)) if len(shape) == 2 else tuple(rows)
             object.__setattr__(self, field.name, value)
 
     def _core_shape(self) -> Any:
-        return getattr(_core, type(self).__name__)(*dataclasses.astuple(self))  # type: ignore
+        values = dataclasses.astuple(self)  # type: ignore[call-overload]
+        return self._kind(*(np.ravel(v).tolist() if np.ndim(v) == 2 else v for v in values))
 
 
 @dataclasses.dataclass(frozen=True)
 class CapsuleShape(Shape):
     """All points within `radius` of the line from `start` to `end`, (3,) each."""
 
+    _kind = _core.CapsuleShape
     start: ArrayLike
     end: ArrayLike
     radius: float
@@ -44,6 +55,7 @@ class CapsuleShape(Shape):
 class SphereShape(Shape):
     """A ball, which is a capsule of no length. `center` is (3,)."""
 
+    _kind = _core.SphereShape
     center: ArrayLike
     radius: float
 
@@ -54,10 +66,11 @@ class BoxShape(Shape):
 
     It is turned and moved as a mesh is: a point p of it is at rotation @ p + position.
 
-    rotation       (3, 3), orthonormal and no reflection; kept as 9 numbers, row by row
+    rotation       (3, 3), orthonormal and no reflection; kept as three rows
     position       (3,)
     """
 
+    _kind = _core.BoxShape
     low: ArrayLike
     high: ArrayLike
     rotation: ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -72,6 +85,7 @@ class HalfSpaceShape(Shape):
     offset         a number: the height of the surface along a normal of length 1
     """
 
+    _kind = _core.HalfSpaceShape
     normal: ArrayLike
     offset: float
 
@@ -80,5 +94,6 @@ class HalfSpaceShape(Shape):
 class PlaneShape(Shape):
     """All points p with normal @ p = offset: a sheet without an end, which has two sides."""
 
+    _kind = _core.PlaneShape
     normal: ArrayLike
     offset: float

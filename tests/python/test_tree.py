@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a tree tells of itself, and queries with single shapes."""
 
+import dataclasses
 import pickle
 
 import numpy as np
@@ -215,7 +216,14 @@ def test_shapes():
         assert pickle.loads(pickle.dumps(shape)) == shape and repr(shape).startswith(
             type(shape).__name__
         )
-    assert shapes[3].rotation == (0, -1, 0, 1, 0, 0, 0, 0, 1)
+        made = dataclasses.replace(shape), type(shape)(**dataclasses.asdict(shape))
+        assert made == (shape, shape)
+        assert len({shape, *made}) == 1 and tree.pairs(made[0]).tolist() == [0]
+    assert shapes[3].rotation == ((0, -1, 0), (1, 0, 0), (0, 0, 1))
+    ball = type("Ball", (fcl_fibers.SphereShape,), {})(shapes[4].center, 0.25)
+    assert tree.pairs(ball).tolist() == [0]
+    with pytest.raises(TypeError, match="give one of them, such as SphereShape"):
+        fcl_fibers.Shape()
 
 
 def test_overlaps_of_volumes():
