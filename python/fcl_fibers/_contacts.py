@@ -36,8 +36,8 @@ def fiber_pairs(contacts: np.ndarray) -> np.ndarray:
     array = contacts_of(contacts)
     if "fiber_a" not in names_of(array):
         raise TypeError(
-            f"contacts are {_arrays.type_of(array)}; give contacts of two segments, "
-            "not bare ones"
+            f"contacts are {_arrays.type_of(array)}; give contacts of two segments, with the field "
+            "fiber_a, which bare ones lack"
         )
     return _core.fiber_pairs(array)
 

@@ -18,7 +18,9 @@ std::string inPython(const std::string& text) {
   static const std::regex call("^(fcl_fibers: )?(\\w+(::\\w+)*(\\(\\w+\\))?: )?");
   std::string result = std::regex_replace(text, call, "", std::regex_constants::format_first_only);
   const char* const names[][2] = {{"Report::kCapsules", "report='capsules'"},
-                                  {"Volumes::kLayeredBoxes", "volumes='boxes'"}};
+                                  {"Volumes::kLayeredBoxes", "volumes='boxes'"},
+                                  {"Order::kFibers", "order='fibers'"},
+                                  {"\\b([ab])\\.fiber\\b", "fiber_$1"}};
   for (const auto& [cpp, python] : names) {
     result = std::regex_replace(result, std::regex(cpp), python);
   }

@@ -324,6 +324,7 @@ def test_errors_name_nothing_of_cpp(tree, tmp_path):
         lambda: tree.pairs(fcl_fibers.BoxShape((1, 0, 0), (0, 1, 1))),
         lambda: tree.pairs(fcl_fibers.CapsuleShape((0, 0, 0), (1, 0, 0), -1)),
         lambda: tree.fiber_segment([-5]),
+        lambda: fcl_fibers.fiber_pairs(tree.contacts(order="fibers")[::-1]),
         lambda: fcl_fibers.FiberTree(threads=0),
         lambda: fcl_fibers.root_segments([np.eye(3)], None, -1),
         lambda: fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 3]]),

@@ -317,8 +317,13 @@ def test_fiber_pairs():
         assert pair["count"] == pair["end"] - pair["begin"] == len(of_pair)
         assert contacts["distance"][pair["deepest"]] == min(of_pair)
         assert pair["begin"] <= pair["deepest"] < pair["end"]
-    with pytest.raises(ValueError, match="is not in the order of the fibers"):
+    with pytest.raises(
+        ValueError, match="is not in the order .*order='fibers', .* by fiber_a, then"
+    ):
         fiber_pairs(tree.contacts())
-    for wrong in (tree.contacts(bare=True), tree.contacts(soup())):
-        with pytest.raises(TypeError, match="give contacts of two segments, not bare ones"):
+    shape = HalfSpaceShape((0, 0, 1), 0)
+    for wrong in (tree.contacts(bare=True), tree.contacts(soup()), tree.contacts(shape)):
+        with pytest.raises(
+            TypeError, match="give contacts of two segments, with the field fiber_a"
+        ):
             fiber_pairs(wrong)
