@@ -281,6 +281,10 @@ def radii_of(radii: Any, points: np.ndarray, offsets: np.ndarray) -> Tuple[np.nd
                 f"{len(array)} radii could be one for each fiber, segment or point, because there "
                 "are as many of these; give a list with an array of radii for each fiber"
             )
+        # Those of fibers are all read, those of points only where segments start.
+        read_is_right, all_are_right = (np.all((r >= 0) & (r < np.inf)) for r in (spread[0], array))
+        if read_is_right and not all_are_right:
+            meanings.reverse()
     chosen, kind = meanings[0]
     return in_type_of(points, chosen), kind
 

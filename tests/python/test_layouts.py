@@ -169,3 +169,28 @@ def test_begins_and_ends_have_to_ascend():
     with pytest.raises(ValueError, match="point 3 is NaN"):
         built(points, [[0, 4], [5, 9]], 0.1)
     built(points, [[0, 3], [5, 9]], 0.1)
+
+
+@pytest.mark.parametrize("unread", [np.nan, np.inf, -1.0])
+@pytest.mark.parametrize(
+    "offsets, radii",
+    [
+        ([[0, 1]], [0]),
+        ([0, 1], [0]),
+        ([[0, 1], [1, 2]], [0, 0]),
+        ([[0, 1], [2, 3]], [0, 0]),  # the radius of the last point is left out
+        ([[0, 2], [3, 3], [3, 3]], [0.5, 0, 0]),
+        ([0, 2, 3, 3], [0.5, 0.5, 0]),
+    ],
+)
+def test_unread_radii_of_as_many_fibers_as_points(offsets, radii, unread):
+    points = np.eye(3)[: np.max(offsets)]
+    given = np.array(radii, float)
+    given[-1] = unread
+    tree = built(points, offsets, given)
+    other = built([[(1, 0, 0), (0, 1, 0)]], radius=0.5)
+    assert tree.contacts(other)["distance"].tolist() == [-1.0] * tree.segment_count
+    if tree.segment_count > 0:
+        given[0] = unread
+        with pytest.raises(ValueError, match="radius"):
+            built(points, offsets, given)
