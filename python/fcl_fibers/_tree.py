@@ -434,14 +434,16 @@ class FiberTree:
         self,
         other: Union[FiberTree, TriangleMesh, Shape, None] = None,
         mesh_end: Optional[TriangleMesh] = None,
+        *,
+        limit: Optional[int] = None,
     ) -> np.ndarray:
         """The pairs that touch during the step, as a structured array: a, b, time, s, t.
 
         With a mesh, which moves from `other` to `mesh_end`: segment, triangle, time. `mesh_end` is
         a copy of the mesh that was moved; without it, the mesh rests. With a shape, which rests:
-        segment, time.
+        segment, time. `limit` is as in pairs().
         """
-        return self._tree.impacts(*self._others(other, mesh_end))
+        return self._tree.impacts(*self._others(other, mesh_end, _limit(limit)))
 
     def impact_contacts(
         self,
@@ -454,9 +456,14 @@ class FiberTree:
             np.ascontiguousarray(impacts), *self._others(other, mesh_end)
         )
 
-    def moving_pairs(self, other: Optional[FiberTree] = None) -> np.ndarray:
-        """The pairs that may touch during the step, (n, 2) int32, for a test of your own."""
-        return self._tree.moving_pairs(_tree_of(other))
+    def moving_pairs(
+        self, other: Optional[FiberTree] = None, *, limit: Optional[int] = None
+    ) -> np.ndarray:
+        """The pairs that may touch during the step, (n, 2) int32, for a test of your own.
+
+        `limit` is as in pairs().
+        """
+        return self._tree.moving_pairs(_tree_of(other), _limit(limit))
 
     def safe_step(
         self,
@@ -508,12 +515,12 @@ class FiberTree:
         """
         return self._of_points(points, lambda cloud: cloud.nearest(self, distance))
 
-    def holding(self, points: ArrayLike) -> np.ndarray:
+    def holding(self, points: ArrayLike, *, limit: Optional[int] = None) -> np.ndarray:
         """The points (m, 3) that segments hold, within the margin, with each of these segments.
 
-        Returns (n, 2) int32: indices of points, ascending, and segments.
+        Returns (n, 2) int32: indices of points, ascending, and segments. `limit` is as in pairs().
         """
-        return self._of_points(points, lambda cloud: cloud.pairs(self))
+        return self._of_points(points, lambda cloud: cloud.pairs(self, limit=limit))
 
     def _of_points(self, points: ArrayLike, ask: Callable[[FiberTree], np.ndarray]) -> np.ndarray:
         array = _arrays.rows("points", _arrays.numbers("points", points))
@@ -616,13 +623,13 @@ class FiberTree:
         )
 
     @staticmethod
-    def _others(other: Any, mesh_end: Optional[TriangleMesh]) -> tuple:
+    def _others(other: Any, mesh_end: Optional[TriangleMesh], *more: int) -> tuple:
         if isinstance(other, TriangleMesh):
             end = other if mesh_end is None else mesh_end
-            return other._mesh, _mesh_of("mesh_end", end)
+            return other._mesh, _mesh_of("mesh_end", end), *more
         if mesh_end is not None:
             raise TypeError("mesh_end is given without the mesh at the start")
-        return (_core_of(other, True),)
+        return _core_of(other, True), *more
 
 
 def root_segments(points: Points, offsets: Optional[ArrayLike], length: float) -> np.ndarray:

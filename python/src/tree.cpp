@@ -129,8 +129,9 @@ class Tree {
 
   /// What the question finds of a partner.
   template <class Question, class Partner>
-  py::array find(const Question& question, const Partner& partner) const {
-    return toNumPy(query(question, partner, kNoLimit));
+  py::array find(const Question& question, const Partner& partner,
+                 std::size_t limit = kNoLimit) const {
+    return toNumPy(query(question, partner, limit));
   }
   template <class Partner>
   py::array pairs(Order order, const Partner& partner, std::size_t limit) const {
@@ -416,8 +417,8 @@ PointSums sumsOf(const py::object& sums) {
 /// Asks a question that holds nothing. A query takes a copy of a mesh, so that the program may move
 /// the mesh meanwhile.
 template <class Question, class Partner>
-py::array ask(const Tree& tree, Partner partner) {
-  return tree.find(Question{}, partner);
+py::array ask(const Tree& tree, Partner partner, std::size_t limit) {
+  return tree.find(Question{}, partner, limit);
 }
 
 template <class Partner>
@@ -480,8 +481,8 @@ void addTree(py::module_& module) {
       .def("impacts", &ask<Impacts, Other>)
       .def("impacts", &ask<Impacts, Shape>)
       .def("impacts",
-           [](const Tree& tree, MeshCopy start, MeshCopy end) {
-             return tree.find(Impacts{}, MeshStep{start, end});
+           [](const Tree& tree, MeshCopy start, MeshCopy end, std::size_t limit) {
+             return tree.find(Impacts{}, MeshStep{start, end}, limit);
            })
       .def("impact_contacts", [](const Tree& tree, const py::array& impacts,
                                  Other other) { return tree.impactContacts(impacts, other); })
@@ -500,7 +501,8 @@ void addTree(py::module_& module) {
            [](const Tree& tree, MeshCopy start, MeshCopy end) {
              return tree.safeStep(MeshStep{start, end});
            })
-      .def("touching_segments", &ask<TouchingSegments, MeshCopy>)
+      .def("touching_segments",
+           [](const Tree& tree, MeshCopy mesh) { return tree.find(TouchingSegments{}, mesh); })
       .def("nearest", [](const Tree& tree, Other other,
                          double distance) { return tree.find(Nearest{distance}, other); })
       .def("nearest", [](const Tree& tree, MeshCopy mesh,

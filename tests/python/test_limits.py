@@ -41,6 +41,39 @@ def test_more_pairs_than_the_limit_are_an_error(report):
                     call(partner, limit=wrong)
 
 
+def test_limits_of_steps_and_points():
+    scene = random_scene(9, fibers=60)
+    trees = []
+    for _ in range(2):
+        trees.append(fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1))
+        trees[-1].build(scene.points, scene.offsets, scene.radii)
+        trees[-1].update(scene.points + len(trees) * 0.2, scene.points)
+    tree, other = trees
+    mesh = fcl_fibers.TriangleMesh(np.eye(3), [(0, 1, 2)])
+    moved = mesh.copy()
+    moved.set_pose(np.eye(3), (0.1, 0, 0))
+    plane = fcl_fibers.PlaneShape((0, 0, 1), 0.5)
+    for call, *arguments in (
+        (tree.impacts,),
+        (tree.impacts, other),
+        (tree.impacts, mesh, moved),
+        (tree.impacts, plane),
+        (tree.moving_pairs,),
+        (tree.moving_pairs, other),
+        (tree.holding, scene.points),
+    ):
+        found = call(*arguments)
+        assert len(found) > 5
+        for limit in (len(found), None):
+            assert (call(*arguments, limit=limit) == found).all()
+        for limit in (0, len(found) - 1):
+            with pytest.raises(ValueError, match=f"more pairs than the limit, {limit};"):
+                call(*arguments, limit=limit)
+        for wrong, error in ((-1, ValueError), (1.5, TypeError)):
+            with pytest.raises(error, match="limit"):
+                call(*arguments, limit=wrong)
+
+
 def test_none_is_no_more_than_a_limit_of_none():
     tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1)
     tree.build([np.eye(3)], radius=0.1)
