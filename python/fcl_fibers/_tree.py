@@ -12,6 +12,10 @@ from ._arrays import ArrayLike, Points
 from ._contacts import Nodes
 from ._shapes import Shape
 
+# Why some calls take no shape.
+NO_POINTS = "a shape has no points that could carry a force, so leave it out"
+NO_DISTANCE = "contacts() has the distances of a shape, up to the margin of the tree"
+
 
 class Options(NamedTuple):
     """The options of a `FiberTree`; its constructor describes them."""
@@ -311,7 +315,7 @@ class FiberTree:
         limit   more pairs raise ValueError, before a radius far too large fills the memory
         """
         number = _contacts.order_number(order)
-        return self._tree.pairs(_core_of(other, True), number, _limit(limit))
+        return self._tree.pairs(_core_of(other), number, _limit(limit))
 
     def visit_pairs(
         self,
@@ -328,7 +332,7 @@ class FiberTree:
             raise TypeError(f"visit is {visit!r}; give a function")
         if _arrays.integer("block", block, np.int64) < 1:
             raise ValueError(f"block is {block}; give at least 1")
-        return self._tree.visit_pairs(visit, _tree_of(other), block)
+        return self._tree.visit_pairs(visit, _tree_of(other, "pairs()"), block)
 
     def contacts(
         self,
@@ -358,7 +362,7 @@ class FiberTree:
                 with a mesh have all fields
         """
         number = _contacts.order_number(order)
-        return self._tree.contacts(_core_of(other, True), number, _limit(limit), bool(bare))
+        return self._tree.contacts(_core_of(other), number, _limit(limit), bool(bare))
 
     def nodes(
         self, contacts: np.ndarray, other: Union[FiberTree, TriangleMesh, None] = None
@@ -375,7 +379,7 @@ class FiberTree:
         """
         array = _contacts.contacts_of(contacts)
         names = _contacts.names_of(array)
-        core, points = _core_of(other), len(self.points)
+        core, points = _core_of(other, NO_POINTS), len(self.points)
         if "segment" not in names:
             if isinstance(other, TriangleMesh):
                 raise TypeError("the contacts are of two segments; leave the mesh out")
@@ -427,7 +431,8 @@ class FiberTree:
         values = _contacts.forces_of(forces)
         _contacts.refuse_shared(contacts=array, out=sums, other_out=other_sums)
         _contacts.refuse_shared(forces=values, out=sums, other_out=other_sums)
-        self._tree.accumulate(array, values, _core_of(other), sums, other_sums)
+        core = _core_of(other, NO_POINTS)
+        self._tree.accumulate(array, values, core, sums, other_sums)
         return out
 
     def impacts(
@@ -463,7 +468,7 @@ class FiberTree:
 
         `limit` is as in pairs().
         """
-        return self._tree.moving_pairs(_tree_of(other), _limit(limit))
+        return self._tree.moving_pairs(_tree_of(other, "impacts()"), _limit(limit))
 
     def safe_step(
         self,
@@ -491,7 +496,7 @@ class FiberTree:
         distance is infinite and the segments are -1. A tree with report="volumes" raises
         ValueError.
         """
-        return self._tree.closest(_core_of(other))[0]
+        return self._tree.closest(_core_of(other, NO_DISTANCE))[0]
 
     def distance(self, other: Union[FiberTree, TriangleMesh, None] = None) -> float:
         """The least distance of surfaces, that of closest(): negative if they overlap."""
@@ -506,7 +511,9 @@ class FiberTree:
         another segment of this tree that is no neighbour. Distances are from surface to surface;
         the margin does not count.
         """
-        return self._tree.nearest(_core_of(other), _arrays.number("distance", distance))
+        return self._tree.nearest(
+            _core_of(other, NO_DISTANCE), _arrays.number("distance", distance)
+        )
 
     def nearest_to(self, points: ArrayLike, distance: float = np.inf) -> np.ndarray:
         """Each of the points (m, 3) at most `distance` from a segment, and its nearest segment.
@@ -629,7 +636,7 @@ class FiberTree:
             return other._mesh, _mesh_of("mesh_end", end), *more
         if mesh_end is not None:
             raise TypeError("mesh_end is given without the mesh at the start")
-        return _core_of(other, True), *more
+        return _core_of(other), *more
 
 
 def root_segments(points: Points, offsets: Optional[ArrayLike], length: float) -> np.ndarray:
@@ -695,25 +702,30 @@ def _limit(limit: Optional[int]) -> int:
     return int(found)
 
 
-def _core_of(other: Any, or_shape: bool = False) -> Any:
+def _core_of(other: Any, no_shape: str = "") -> Any:
+    """The tree, mesh or shape of C++; `no_shape` tells why a shape is refused, if it is."""
     if other is None:
         return None
-    if or_shape and isinstance(other, Shape):
-        return other._core_shape()
     if isinstance(other, FiberTree):
         return other._tree
     if isinstance(other, TriangleMesh):
         return other._mesh
+    if isinstance(other, Shape) and not no_shape:
+        return other._core_shape()
     kinds = (
-        "a FiberTree, a TriangleMesh or a Shape" if or_shape else "a FiberTree or a TriangleMesh"
+        "a FiberTree or a TriangleMesh" if no_shape else "a FiberTree, a TriangleMesh or a Shape"
     )
-    raise TypeError(f"other is a {type(other).__name__}; give {kinds}")
+    reason = f": {no_shape}" if isinstance(other, Shape) else ""
+    raise TypeError(f"other is a {type(other).__name__}; give {kinds}{reason}")
 
 
-def _tree_of(other: Any) -> Any:
-    if other is not None and not isinstance(other, FiberTree):
-        raise TypeError(f"other is a {type(other).__name__}; give a FiberTree")
-    return _core_of(other)
+def _tree_of(other: Any, with_others: str) -> Any:
+    """The tree of C++; `with_others` is what takes meshes and shapes too."""
+    if other is None or isinstance(other, FiberTree):
+        return _core_of(other)
+    is_partner = isinstance(other, (TriangleMesh, Shape))
+    reason = f"; {with_others} takes meshes and shapes" if is_partner else ""
+    raise TypeError(f"other is a {type(other).__name__}; give a FiberTree{reason}")
 
 
 def _mesh_of(name: str, mesh: Any) -> _core.Mesh:

@@ -280,13 +280,23 @@ def test_a_tree_in_the_place_of_a_mesh(tree):
     refused(tree.impacts, TypeError, "mesh_end", other=tree, mesh_end=mesh)
     sphere = fcl_fibers.SphereShape((0, 0, 0), 1)
     for wrong in (mesh, sphere, 1):
-        text = f"other is a {type(wrong).__name__}; give a FiberTree$"
-        with pytest.raises(TypeError, match=text):
-            tree.visit_pairs(len, wrong)
-        with pytest.raises(TypeError, match=text):
-            tree.moving_pairs(wrong)
+        text = f"other is a {type(wrong).__name__}; give a FiberTree"
+        for call, others in (
+            (lambda: tree.visit_pairs(len, wrong), "pairs"),
+            (lambda: tree.moving_pairs(wrong), "impacts"),
+        ):
+            with pytest.raises(TypeError) as raised:
+                call()
+            reason = "" if wrong == 1 else f"; {others}() takes meshes and shapes"
+            assert str(raised.value) == text + reason
     for call in (tree.nearest, tree.closest, tree.distance):
-        refused(call, TypeError, "SphereShape", "give a FiberTree or", other=sphere)
+        text = "give a FiberTree or a TriangleMesh: contacts() has the distances of a shape"
+        refused(call, TypeError, "SphereShape", text, other=sphere)
+    contacts = tree.contacts(sphere)
+    forces = np.ones(len(contacts))
+    for call in (tree.nodes, lambda c, other: tree.accumulate(c, forces, other=other)):
+        text = "give a FiberTree or a TriangleMesh: a shape has no points"
+        refused(lambda: call(contacts, sphere), TypeError, "SphereShape", text)
 
 
 def test_structured_arrays_in_the_place_of_numbers(tree):
