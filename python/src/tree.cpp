@@ -235,7 +235,11 @@ class Tree {
     add(Borrowed<MeshContact>(contacts));
   }
 
-  std::uint32_t layout(Other other) const { return tree_.layout(partner(other).tree_); }
+  std::uint32_t layout(Other other) const {
+    const Query own(users_);
+    const Query others(partner(other).users_);
+    return tree_.layout(partner(other).tree_);
+  }
 
   /// An array of one contact.
   py::array closest(Other other) const {
@@ -353,7 +357,12 @@ class Tree {
         toArray(std::move(offsets), py::dtype::of<std::int64_t>()), toNumPy(std::move(segments)));
   }
 
-  const FiberTree& tree() const { return tree_; }
+  /// Returns what a function of the tree without arguments does.
+  template <auto get>
+  std::size_t count() const {
+    const Query own(users_);
+    return (tree_.*get)();
+  }
   const FiberNumbers& numbers() const { return numbers_; }
 
  private:
@@ -510,12 +519,9 @@ void addTree(py::module_& module) {
       .def("segments", &Tree::segments)
       .def("fiber_segments", &Tree::fiberSegments)
       .def("volumes", &Tree::volumes)
-      .def_property_readonly("fiber_count",
-                             [](const Tree& tree) { return tree.tree().fiberCount(); })
-      .def_property_readonly("segment_count",
-                             [](const Tree& tree) { return tree.tree().segmentCount(); })
-      .def_property_readonly("memory_usage",
-                             [](const Tree& tree) { return tree.tree().memoryUsage(); });
+      .def_property_readonly("fiber_count", &Tree::count<&FiberTree::fiberCount>)
+      .def_property_readonly("segment_count", &Tree::count<&FiberTree::segmentCount>)
+      .def_property_readonly("memory_usage", &Tree::count<&FiberTree::memoryUsage>);
   module.attr("contact_types") =
       py::make_tuple(bareType(), contactType(), shapeContactType(), meshContactType());
   module.def("fiber_pairs", [](const py::array& contacts) {

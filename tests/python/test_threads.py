@@ -125,6 +125,41 @@ def test_a_query_beside_a_build_is_refused_or_answered():
     assert (tree.contacts() == expected).all()
 
 
+def test_what_a_tree_tells_beside_a_build_is_refused_or_right():
+    scene = random_scene(4, fibers=3000, points=12, size=6, radius=0.005)
+    tree = tree_of(scene)
+    contacts = tree.contacts()
+    calls = (
+        lambda: tree._tree.layout(None),
+        lambda: (tree.fiber_count, tree.segment_count),
+        lambda: tree.memory_usage > 0,
+        lambda: tree.nodes(contacts).points.tolist(),
+    )
+    expected = [call() for call in calls]
+
+    is_over = threading.Event()
+
+    def build():
+        for _ in range(3000):  # a call may meet no build for a while
+            tree.build(**scene.arguments)
+            if is_over.is_set():
+                return
+
+    thread = threading.Thread(target=build)
+    thread.start()
+    refused = 0
+    while thread.is_alive():
+        if refused >= 20:
+            is_over.set()
+        for call, known in zip(calls, expected):
+            try:
+                assert call() == known
+            except RuntimeError as error:
+                assert "another thread builds" in str(error)
+                refused += 1
+    assert refused > 0
+
+
 def test_of_two_builds_one_may_be_refused(request):
     scenes = random_scene(5, fibers=20), random_scene(6, fibers=15)
     expected = [tree_of(scene).contacts() for scene in scenes]
