@@ -129,11 +129,15 @@ def add_declarations(app, docname, source):
 
 
 def python_declarations(module, depth=3, of=""):
-    """Headings, signatures and docstrings of what is public in a module, or in a class of it."""
+    """Headings, signatures and docstrings of what the package has of a module, or of a class."""
+    package = ast.parse((ROOT / "python/fcl_fibers/__init__.py").read_text()).body[-1]
+    exported = ast.literal_eval(package.value)  # __all__
     for node in module.body:
         if not isinstance(node, (ast.ClassDef, ast.FunctionDef)):
             continue
         if node.name.startswith("_") and node.name != "__init__":
+            continue
+        if isinstance(module, ast.Module) and node.name not in exported:
             continue
         documentation = ast.get_docstring(node)
         decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
