@@ -77,6 +77,13 @@ struct Contact : BareContact {
 
 /// Where a capsule and a shape touch or, if they are apart, where they are closest. Points are in
 /// the frame of the fibers, lengths in their unit.
+///
+/// If the axis reaches into a box, the depth is that of the shortest way of the whole capsule out.
+/// It leads out of a half-space, and to the side of a plane on which the middle of the axis is.
+///
+/// The error of `distance` is at most 32 eps of the sum of the radius, the axis's length, the box's
+/// sides or the sphere's or capsule's radius and length, and the ways from the shape's middle to
+/// the ends of the axis, or from the plane's point next to the origin and the plane's offset.
 struct ShapeContact {
   std::int32_t segment = -1;  ///< the capsule, named by its first point
 
@@ -133,6 +140,7 @@ struct MeshContact : ShapeContact {
 /// MeshContact or ShapeContact. A force is an std::array<double, 3>, or a double along the
 /// contact's normal, which pushes apart if it is positive.
 struct ContactForces {
+  /// Borrows contacts and as many forces.
   template <class Contacts, class Forces>
   ContactForces(const Contacts& contacts, const Forces& forces)
       : first(std::data(contacts)),
@@ -146,6 +154,7 @@ struct ContactForces {
                   "a force is a double or an std::array<double, 3>");
   }
 
+  /// The first contact, by the part of it that is read.
   std::variant<const BareContact*, const ShapeContact*, const MeshContact*> first;
   std::size_t contact_size;  ///< bytes from one contact to the next
   std::size_t count;         ///< of contacts
@@ -158,14 +167,16 @@ struct ContactForces {
 /// are borrowed for the length of the call.
 struct PointSums {
   PointSums() = default;  ///< adds nothing
+  /// Borrows x, y, z of `count` points.
   template <typename S>
   PointSums(S* sums, std::size_t count) : numbers(sums), point_count(count) {}
+  /// Borrows a vector of points.
   template <typename S>
   PointSums(std::vector<std::array<S, 3>>& sums)  // NOLINT: passed like the vector itself
       : PointSums(reinterpret_cast<S*>(sums.data()), sums.size()) {}
 
-  std::variant<std::nullptr_t, float*, double*> numbers;
-  std::size_t point_count = 0;
+  std::variant<std::nullptr_t, float*, double*> numbers;  ///< null if nothing is added
+  std::size_t point_count = 0;                            ///< number of points
 };
 
 /// Two fibers and their contacts, which follow each other.
