@@ -6,12 +6,15 @@
 #include <exception>
 #include <utility>
 
-#include <tbb/info.h>
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
 namespace fcl_fibers::parallel {
 namespace {
+
+/// Whether this thread runs a task.
+thread_local bool t_runs_task = false;
 
 /// One call of parallelForWithForeground().
 class Call {
@@ -31,6 +34,13 @@ class Call {
   }
 
  private:
+  struct RunsTask {
+    RunsTask() { t_runs_task = true; }
+    ~RunsTask() { t_runs_task = false; }
+    RunsTask(const RunsTask&) = delete;
+    RunsTask& operator=(const RunsTask&) = delete;
+  };
+
   /// Calls a member function on the thread that oneTBB chooses. ThreadSanitizer does not look into
   /// oneTBB, so two atomics tell it that this happens after the call began and before it ends.
   template <void (Call::*kFunction)()>
@@ -63,6 +73,7 @@ class Call {
   void takeTasks(FunctionRef<> first) {
     try {
       first();
+      const RunsTask runs_task;
       for (int i = next(); i < count_; i = next()) task_(i);
     } catch (...) {
       next_.store(count_, std::memory_order_relaxed);
@@ -82,15 +93,28 @@ class Call {
 
 class TbbExecutor : public Executor {
  public:
-  /// More threads than the machine has would only make oneTBB print a warning.
-  explicit TbbExecutor(int threads) : arena_(std::min(threads, tbb::info::default_concurrency())) {}
+  /// More threads than oneTBB allows would only make it print a warning.
+  explicit TbbExecutor(int threads) : arena_(std::min(threads, mostThreads())) {}
+
+  int threads() const override { return arena_.max_concurrency(); }
 
   void parallelForWithForeground(FunctionRef<> foreground, int count,
                                  FunctionRef<int> task) override {
+    if (t_runs_task) {
+      foreground();
+      for (int i = 0; i < count; ++i) task(i);
+      return;
+    }
     Call(arena_, count, task).run(foreground);
   }
 
  private:
+  /// As many as there are cores, unless the program asks for more or fewer.
+  static int mostThreads() {
+    using Control = tbb::global_control;
+    return static_cast<int>(Control::active_value(Control::max_allowed_parallelism));
+  }
+
   tbb::task_arena arena_;
 };
 

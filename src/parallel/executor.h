@@ -28,10 +28,14 @@ class Executor {
  public:
   virtual ~Executor() = default;
 
+  /// The most threads that run tasks at the same time, the caller's included.
+  virtual int threads() const = 0;
+
   /// Calls task(0), ..., task(count - 1), some of them at the same time, while the caller's thread
   /// runs `foreground` and then takes part. Returns when all have ended. If any of them throws, one
   /// of the exceptions is thrown here, and tasks that have not started may be skipped. May be
-  /// called from several threads, and within `foreground`.
+  /// called from several threads, and within `foreground`. Within a task it runs all on the task's
+  /// thread, because the other threads have tasks of their own.
   virtual void parallelForWithForeground(FunctionRef<> foreground, int count,
                                          FunctionRef<int> task) = 0;
 
@@ -40,7 +44,9 @@ class Executor {
   }
 };
 
-/// Returns an executor of this many threads; null for one thread, which needs no executor.
+/// Returns an executor of this many threads; null for one thread, which needs no executor. More
+/// threads than oneTBB allows are not made: that is as many as there are cores, unless the program
+/// has a tbb::global_control.
 std::unique_ptr<Executor> makeExecutor(int threads);
 
 /// Splits [0, count) into tasks of `grain` each and calls visit(begin, end) for every task.

@@ -2,6 +2,7 @@
 #include "parallel/executor.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 #include <tbb/info.h>
 
 #include <algorithm>
@@ -145,6 +146,38 @@ TEST_P(ExecutorTest, TheForegroundMayRunTasks) {
     executor_->parallelForWithForeground([&] { expectWorks(30); }, 50, [&](int i) { outer(i); });
     EXPECT_TRUE(outer.eachRanOnce());
   }
+}
+
+// A task that asks for tasks would wait for threads that all run tasks, or be interrupted by one of
+// them, as if it were two workers.
+TEST_P(ExecutorTest, ATaskRunsItsOwnTasksItself) {
+  for (int round = 0; round < 100; ++round) {
+    Tally outer(50), inner(50 * 30);
+    std::atomic<int> elsewhere{0};
+    executor_->parallelFor(50, [&](int i) {
+      const std::thread::id own = std::this_thread::get_id();
+      executor_->parallelFor(30, [&](int k) {
+        inner(30 * i + k);
+        if (std::this_thread::get_id() != own) ++elsewhere;
+      });
+      outer(i);
+    });
+    EXPECT_TRUE(outer.eachRanOnce());
+    EXPECT_TRUE(inner.eachRanOnce());
+    EXPECT_EQ(elsewhere, 0);
+  }
+}
+
+// A program that allows more threads than cores, or fewer, would not get them.
+TEST(MakeExecutor, MakesAsManyThreadsAsOneTbbAllows) {
+  using Control = tbb::global_control;
+  {
+    const Control more(Control::max_allowed_parallelism, 64);
+    EXPECT_EQ(makeExecutor(64)->threads(), 64);
+    EXPECT_EQ(makeExecutor(100)->threads(), 64);
+  }
+  const Control fewer(Control::max_allowed_parallelism, 2);
+  EXPECT_EQ(makeExecutor(100)->threads(), 2);
 }
 
 // Two queries at once would mix up their tasks, or wait for each other for ever.
