@@ -34,11 +34,11 @@ class CandidateBuffer final : public index::PairSink {
   CandidateBuffer(const index::PairFilter& filter, index::PairSink& sink)
       : filter_(filter), sink_(sink) {}
 
-  tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
-    for (std::size_t i = 0; i < count; ++i) {
+  tree::Visit take(const index::PairRun& run) override {
+    for (std::size_t i = 0; i < run.count; ++i) {
       // Segments of two fibers are never next to each other: no segment starts at a last point.
-      if (std::abs(pairs[i].a - pairs[i].b) == 1) continue;
-      pairs_[size_++] = pairs[i];
+      if (std::abs(run.pairs[i].a - run.pairs[i].b) == 1) continue;
+      pairs_[size_++] = run.pairs[i];
       if (size_ == pairs_.size()) flush();
     }
     return tree::Visit::kContinue;
@@ -48,7 +48,7 @@ class CandidateBuffer final : public index::PairSink {
     candidates_ += size_;
     impacts_.clear();
     const std::size_t kept = filter_.keep(pairs_.data(), size_, impacts_);
-    sink_.takeImpacts(pairs_.data(), impacts_.data(), kept);
+    if (kept > 0) sink_.take({pairs_.data(), impacts_.data(), kept});
     size_ = 0;
   }
   std::size_t candidates() const { return candidates_; }
@@ -84,7 +84,7 @@ class EmbreeSweptTree final : public SweptTree {
   void searchCandidates(index::PairSink& sink) const override {
     tree_->visitPairs([&](std::size_t a, std::size_t b) {
       const tree::Pair pair = {fibers().ids[a], fibers().ids[b]};
-      sink.take(&pair, 1);
+      sink.take({&pair, nullptr, 1});
     });
   }
 

@@ -39,7 +39,7 @@ class SweptTree {
   /// @pre the fibers are those of the first call
   void update(const scenes::Step& step);
 
-  /// Hands impacts to sink.takeImpacts(), and returns how many pairs of boxes overlap.
+  /// Hands impacts to sink.take(), and returns how many pairs of boxes overlap.
   std::size_t searchImpacts(index::PairSink& sink) const;
   /// Hands all pairs of boxes that overlap to the sink.
   virtual void searchCandidates(index::PairSink& sink) const = 0;

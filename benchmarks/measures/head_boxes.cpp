@@ -20,8 +20,8 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 struct CountingSink final : index::PairSink {
-  tree::Visit take(const tree::Pair*, std::size_t count) override {
-    pairs += count;
+  tree::Visit take(const index::PairRun& run) override {
+    pairs += run.count;
     return tree::Visit::kContinue;
   }
   std::size_t pairs = 0;
@@ -41,8 +41,8 @@ class OurBoxes {
     const auto pair =
         meshPair(segments_, mesh_.tree(), posed.fromTree(), posed.error(), {}, kAllCategories);
     CountingSink sink;
-    index::ScratchPool scratch;
-    findPairs(index::TreeSearch(pair), nullptr, nullptr, scratch, sink);
+    index::BlockPool pool;
+    findPairs(index::TreeSearch(pair), nullptr, nullptr, pool, sink);
     return sink.pairs;
   }
 

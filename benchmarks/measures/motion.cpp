@@ -52,10 +52,10 @@ void update(FiberTree& tree, const scenes::Step& step) {
 class ImpactSink final : public index::PairSink {
  public:
   explicit ImpactSink(PairList* pairs = nullptr) : pairs_(pairs) {}
-  tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
-    count_ += count;
-    for (std::size_t i = 0; pairs_ != nullptr && i < count; ++i) {
-      pairs_->push_back(std::minmax(pairs[i].a, pairs[i].b));
+  tree::Visit take(const index::PairRun& run) override {
+    count_ += run.count;
+    for (std::size_t i = 0; pairs_ != nullptr && i < run.count; ++i) {
+      pairs_->push_back(std::minmax(run.pairs[i].a, run.pairs[i].b));
     }
     return tree::Visit::kContinue;
   }
@@ -76,9 +76,10 @@ class Judge final : public index::PairSink {
     }
   }
 
-  tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
-    for (std::size_t i = 0; i < count; ++i) {
-      if (std::abs(pairs[i].a - pairs[i].b) > 1) judge(std::minmax(pairs[i].a, pairs[i].b));
+  tree::Visit take(const index::PairRun& run) override {
+    for (std::size_t i = 0; i < run.count; ++i) {
+      const auto [a, b] = run.pairs[i];
+      if (std::abs(a - b) > 1) judge(std::minmax(a, b));
     }
     return tree::Visit::kContinue;
   }

@@ -196,7 +196,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   bool visit(const Question& question, const Partner& partner, Visitor&& visit) const {
     requireAnswer<Question, Partner>();
     using Found = FoundBy<Question, Partner>;
-    const auto hand = [&visit](const void* found, std::size_t count) {
+    const auto hand = [&visit](const void* found, std::size_t count, int /*worker*/) {
       for (auto one = static_cast<const Found*>(found), end = one + count; one != end; ++one) {
         if constexpr (std::is_void_v<decltype(visit(*one))>) {
           visit(*one);
@@ -211,7 +211,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     } else {
       std::vector<Found> contacts;
       findContacts<Asked<Partner>>(question, partner, contacts);
-      return hand(contacts.data(), contacts.size());
+      return hand(contacts.data(), contacts.size(), 0);
     }
   }
   /// Does the same for this tree as the partner.
@@ -227,15 +227,13 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     requireAnswer<Question, Partner>();
     static_assert(kIsFoundBy<Found, Question, Partner>, "see found() of the question");
     if constexpr (std::is_constructible_v<Questions, const Question&>) {
-      bool has_begun = false;
-      const auto append = [&](const void* run, std::size_t count) {
-        if (!std::exchange(has_begun, true)) found.clear();
-        const auto begin = static_cast<const Found*>(run);
-        found.insert(found.end(), begin, begin + count);
-        return false;
+      // What is in the vector is written over, because new elements are zeroed first.
+      const auto room = [&found](std::size_t count) {
+        if (count > found.size()) found.resize(count);
+        return static_cast<void*>(found.data());
       };
-      ask({"find", question, &static_cast<const Asked<Partner>&>(partner)}, std::ref(append));
-      if (!has_begun) found.clear();
+      found.resize(
+          fill({"find", question, &static_cast<const Asked<Partner>&>(partner)}, std::ref(room)));
     } else {
       findContacts<Asked<Partner>>(question, partner, found);
     }
@@ -245,6 +243,57 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   void find(const Question& question, std::vector<Found>& found) const {
     find(question, *this, found);
   }
+
+  /// Calls visit(found, worker) once for everything that the question finds of the partner, on all
+  /// threads of the tree at the same time and in any order. So programs that add up for themselves
+  /// have the use of all cores; visit() calls on one thread. `worker` is from 0 to
+  /// workerCount() - 1. No two calls at the same time have the same, so each may have sums of its
+  /// own, which are added at the end:
+  ///
+  ///     std::vector<Sums> sums(tree.workerCount());
+  ///     tree.visitInParallel(Contacts{fibers}, [&](const Contact& contact, int worker) {
+  ///       sums[worker].add(contact);
+  ///     });
+  ///
+  /// Which worker gets what differs from run to run, and so do the last digits of sums of floats.
+  /// FiberTree::accumulate() adds in an order that is always the same.
+  ///
+  /// `visit` returns nothing or a bool. After it has returned true, each other thread may call it a
+  /// few more times, and the call returns true. If it throws, that is so too, and one of the
+  /// exceptions is thrown to the caller. It may query any tree. Such a query, unless it is asked on
+  /// the calling thread, runs on its own thread alone. The order of a question has no effect.
+  /// Throws as visit() does.
+  template <class Question, class Partner, class Visitor>
+  bool visitInParallel(const Question& question, const Partner& partner, Visitor&& visit) const {
+    requireAnswer<Question, Partner>();
+    using Found = FoundBy<Question, Partner>;
+    const auto hand = [&visit](const void* found, std::size_t count, int worker) {
+      for (auto one = static_cast<const Found*>(found), end = one + count; one != end; ++one) {
+        if constexpr (std::is_void_v<decltype(visit(*one, worker))>) {
+          visit(*one, worker);
+        } else if (visit(*one, worker)) {
+          return true;
+        }
+      }
+      return false;
+    };
+    if constexpr (std::is_constructible_v<Questions, const Question&>) {
+      return ask({"visitInParallel", question, &static_cast<const Asked<Partner>&>(partner),
+                  /*on_all_threads=*/true},
+                 std::ref(hand));
+    } else {
+      return visitContacts<Asked<Partner>>(question, partner, std::ref(hand));
+    }
+  }
+  /// Does the same for this tree as the partner.
+  template <class Question, class Visitor>
+  bool visitInParallel(const Question& question, Visitor&& visit) const {
+    return visitInParallel(question, *this, std::forward<Visitor>(visit));
+  }
+
+  /// Returns how many threads call a visitor at the same time at most: `threads` of the options, or
+  /// the number of cores, if that is less.
+  int workerCount() const;
 
   /// Returns a time of the step up to which none of the Pairs starts to touch, or 1 if none
   /// does. A pair that touches at the start counts once it comes nearer, so the result is close to
@@ -268,7 +317,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   double safeStep(const Partner& partner) const {
     requireAnswer<SafeStep, Partner>();
     double time = 1;
-    const auto keep = [&time](const void* found, std::size_t /*count*/) {
+    const auto keep = [&time](const void* found, std::size_t /*count*/, int /*worker*/) {
       time = *static_cast<const double*>(found);
       return true;
     };
@@ -385,13 +434,19 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     const char* call;  ///< the function that was called
     Questions question;
     std::variant<const FiberTree*, const TriangleMesh*, const MeshStep*, const Shape*> partner;
+    bool on_all_threads = false;  ///< whether all threads may call a visitor
   };
   /// A shape of any type is asked about as a Shape.
   template <class Partner>
   using Asked = std::conditional_t<std::is_convertible_v<Partner, Shape>, Shape, Partner>;
-  /// Takes a run of FoundBy<the question, the partner>. True ends the query.
-  using Take = std::function<bool(const void* found, std::size_t count)>;
+  /// Takes a run of FoundBy<the question, the partner> on a thread. True ends the query.
+  using Take = std::function<bool(const void* found, std::size_t count, int worker)>;
+  /// Returns where so many of them have room. What was written there before is still there.
+  using Room = std::function<void*(std::size_t count)>;
   bool ask(const Query& query, const Take& take) const;
+  std::size_t fill(const Query& query, const Room& room) const;  ///< returns how many were found
+  template <class Partner, typename S>
+  bool visitContacts(const Contacts<S>& question, const Partner& partner, const Take& take) const;
   template <class Partner, typename S, class Found>
   void findContacts(const Contacts<S>& question, const Partner& partner,
                     std::vector<Found>& contacts) const;

@@ -2,6 +2,7 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <limits>
 #include <string>
@@ -31,8 +32,10 @@
 namespace fcl_fibers {
 namespace {
 
+using arrays::Output;
 using arrays::refuse;
 using arrays::Take;
+using index::PairSink;
 using tree::Visit;
 
 /// In the order of FiberTree::Questions. That of safeStep() is named by the call.
@@ -48,9 +51,6 @@ constexpr bool kNeedsCapsules =
 
 /// Contacts that one thread computes in a row.
 constexpr std::size_t kContactsAtOnce = 512;
-
-/// Keeps all that is found.
-constexpr auto kAll = [](const auto& /*found*/) { return true; };
 
 /// A call with a question. It refuses what cannot be answered.
 struct Call {
@@ -69,14 +69,16 @@ struct Call {
   }
 };
 
-/// Adds what is found to a vector.
-template <class Found>
-Take appendTo(std::vector<Found>& all) {
-  return [&all](const void* found, std::size_t count) {
-    const auto begin = static_cast<const Found*>(found);
-    all.insert(all.end(), begin, begin + count);
-    return false;
+/// Replaces the content of a vector by what search(output) finds.
+template <class Found, class Search>
+void collect(std::vector<Found>& all, Search&& search) {
+  const arrays::Room room = [&all](std::size_t count) {
+    if (count > all.size()) all.resize(count);
+    return static_cast<void*>(all.data());
   };
+  Output output(room);
+  search(output);
+  all.resize(output.count());
 }
 
 bool isNearer(const Contact& p, const Contact& q) {
@@ -93,11 +95,12 @@ bool isWayRatherThan(const MeshContact& p, const MeshContact& q) {
   return p.solid ? p.distance > q.distance : p.distance < q.distance;
 }
 
-/// Hands on what search(sink) finds. Returns whether `take` ended it.
-template <class Found, class Keep, class Search>
-bool handOn(const Take& take, const Keep& keep, Search&& search) {
-  arrays::SinkTo<Found, Keep> sink(take, keep);
-  return search(sink) == Visit::kStop;
+/// Hands on what search(sink) finds. Returns whether the output ended it.
+/// @param own  sifts the pairs of one tree; null for others
+template <class Found, class Search>
+bool handOn(Output& output, const arrays::PairsOfOne* own, Search&& search) {
+  arrays::SinkTo<Found> sink(output, own);
+  return search(static_cast<PairSink&>(sink)) == Visit::kStop;
 }
 
 }  // namespace
@@ -109,26 +112,61 @@ class FiberTree::Impl {
   arrays::FiberIndex& index() { return index_; }
   const arrays::FiberIndex& index() const { return index_; }
 
+  static bool answer(const FiberTree& tree, const Query& query, Output& output);
+
   template <class Question, class Partner>
   bool answer(const Call& call, const Question& question, const Partner& partner,
-              const Take& take) const {
+              Output& output) const {
     call.require(index_.problem(kNeedsCapsules<Question, Partner>, kNeedsStep<Question>));
     if constexpr (std::is_same_v<Question, Pairs>) {
-      if (question.order != Order::kFound) return answerInOrder(call, question, partner, take);
+      if (question.order != Order::kFound && output.delivery() != PairSink::Delivery::kAtOnce) {
+        return answerInOrder(call, question, partner, output);
+      }
     }
-    return search(call, question, partner, take);
+    return search(call, question, partner, output);
   }
   template <class Partner>
   bool answerInOrder(const Call& call, const Pairs& question, const Partner& partner,
-                     const Take& take) const {
-    std::vector<FoundBy<Pairs, Partner>> all;
-    search(call, question, partner, appendTo(all));
+                     Output& output) const {
+    using Found = FoundBy<Pairs, Partner>;
+    std::vector<Found> all;
+    collect(all, [&](Output& found) { search(call, question, partner, found); });
     if constexpr (std::is_same_v<Partner, FiberTree>) {
       arrays::sortFound(question.order, index_.table(), partner.impl()->index_.table(), all);
     } else {
       arrays::sortFound(all);
     }
-    return !all.empty() && take(all.data(), all.size());
+    if (output.delivery() != PairSink::Delivery::kPlaced) {
+      return !all.empty() && output.take(all.data(), all.size(), 0);
+    }
+    output.makeRoom(all.size());
+    std::copy(all.begin(), all.end(), output.at<Found>(0));
+    return false;
+  }
+  template <class Partner>
+  std::vector<FoundBy<Pairs, Partner>> pairs(const Call& call, Order order,
+                                             const Partner& partner) const {
+    std::vector<FoundBy<Pairs, Partner>> pairs;
+    collect(pairs, [&](Output& found) { answer(call, Pairs{order}, partner, found); });
+    return pairs;
+  }
+  /// Computes the contacts of what is found on the thread that finds it.
+  template <typename S, class Partner>
+  bool visitContacts(const Call& call, const Contacts<S>& question, const Partner& partner,
+                     const Take& take) const {
+    const Take computeAndTake = [&](const void* found, std::size_t count, int worker) {
+      constexpr std::size_t kRun = 64;
+      std::array<FoundBy<Contacts<S>, Partner>, kRun> contacts;
+      const auto pairs = static_cast<const FoundBy<Pairs, Partner>*>(found);
+      for (std::size_t i = 0; i < count; i += kRun) {
+        const std::size_t size = std::min(kRun, count - i);
+        compute(call, question, partner, pairs + i, size, contacts.data());
+        if (take(contacts.data(), size, worker)) return true;
+      }
+      return false;
+    };
+    Output output(PairSink::Delivery::kAtOnce, computeAndTake);
+    return answer(call, Pairs{}, partner, output);
   }
 
   /// Refuses what capsuleContact() would, before a contact is written.
@@ -211,15 +249,17 @@ class FiberTree::Impl {
                     std::vector<SegmentPair>& pairs) const {
     const std::shared_ptr<const Impl> held = partner.impl();
     call.require(index_.problem(/*needs_capsules=*/true));
-    search(call, Pairs{}, partner, appendTo(pairs));
+    collect(pairs, [&](Output& found) { search(call, Pairs{}, partner, found); });
     if (pairs.empty()) arrays::findClosest(call.text(), index_, held->index_, pairs);
   }
   void closestPairs(const Call& call, const TriangleMesh& partner,
                     std::vector<TrianglePair>& pairs) const {
     call.require(index_.problem(/*needs_capsules=*/true));
     const index::PosedMesh mesh(placed(call, partner), index_->frame());
-    handOn<TrianglePair>(appendTo(pairs), kAll,
-                         [&](auto& sink) { return index_->search(mesh, /*margin=*/0, sink); });
+    collect(pairs, [&](Output& found) {
+      handOn<TrianglePair>(
+          found, nullptr, [&](PairSink& sink) { return index_->search(mesh, /*margin=*/0, sink); });
+    });
     if (pairs.empty()) arrays::findClosest(index_, mesh, pairs);
     arrays::sortFound(pairs);  // the triangles of a segment follow each other
   }
@@ -238,7 +278,7 @@ class FiberTree::Impl {
 
   template <class Question>
   bool search(const Call& call, const Question& question, const FiberTree& partner,
-              const Take& take) const {
+              Output& output) const {
     const std::shared_ptr<const Impl> held = partner.impl();
     const arrays::FiberIndex& other = held->index_;
     if (!index_->matches(*other)) {
@@ -256,31 +296,28 @@ class FiberTree::Impl {
     if (is_own && std::is_same_v<Question, Impacts>) asked.wanted = &own;
     if constexpr (std::is_same_v<Question, Nearest>) {
       requireDistance(call, question);
-      std::vector<tree::Pair> found;
-      arrays::findNearest(call.text(), index_, other, question.distance, found);
-      return handOn<SegmentPair>(take, kAll,
-                                 [&](auto& sink) { return sink.take(found.data(), found.size()); });
+      return handOn<SegmentPair>(output, nullptr, [&](PairSink& sink) {
+        return arrays::findNearest(call.text(), index_, other, question.distance, sink);
+      });
     } else if constexpr (!std::is_same_v<Question, SafeStep>) {
       using Found = FoundBy<Question, FiberTree>;
-      if (is_own) {
-        return handOn<Found>(take, own, [&](auto& sink) { return index_->search(sink, asked); });
-      }
-      return handOn<Found>(take, kAll,
-                           [&](auto& sink) { return index_->search(*other, kept, sink, asked); });
+      return handOn<Found>(output, is_own ? &own : nullptr, [&](PairSink& sink) {
+        return is_own ? index_->search(sink, asked) : index_->search(*other, kept, sink, asked);
+      });
     } else {
       const double time =
           is_own ? index_->firstTime(&own) : index_->firstTime(nullptr, *other, kept);
-      return take(&time, 1);
+      return output.take(&time, 1, 0);
     }
   }
 
   template <class Question>
   bool search(const Call& call, const Question& question, const TriangleMesh& partner,
-              const Take& take) const {
+              Output& output) const {
     const TriangleMesh copy = partner;
     const index::PosedMesh mesh(placed(call, copy), index_->frame());
     const double margin = index_->options().margin;
-    return handOn<FoundBy<Question, TriangleMesh>>(take, kAll, [&](auto& sink) {
+    return handOn<FoundBy<Question, TriangleMesh>>(output, nullptr, [&](PairSink& sink) {
       if constexpr (std::is_same_v<Question, Pairs>) {
         return index_->search(mesh, margin, sink);
       } else if constexpr (std::is_same_v<Question, TouchingSegments>) {
@@ -289,9 +326,7 @@ class FiberTree::Impl {
         return index_->search(mesh, margin, sink, asked);
       } else {
         requireDistance(call, question);
-        std::vector<tree::Pair> found;
-        index_->findNearest(mesh, question.distance, found);
-        return sink.take(found.data(), found.size());
+        return index_->findNearest(mesh, question.distance, sink);
       }
     });
   }
@@ -302,7 +337,7 @@ class FiberTree::Impl {
   }
 
   template <class Question>
-  bool search(const Call& call, Question, const MeshStep& partner, const Take& take) const {
+  bool search(const Call& call, Question, const MeshStep& partner, Output& output) const {
     const MeshStep copy = partner;
     const index::PlacedMesh start = placed(call, copy.start), end = placed(call, copy.end);
     if (start.is_solid != end.is_solid || start.categories != end.categories ||
@@ -314,17 +349,17 @@ class FiberTree::Impl {
     const index::PosedMesh mesh(start, end, index_->frame(), index_->executor());
     const double margin = index_->options().margin;
     if constexpr (std::is_same_v<Question, Impacts>) {
-      return handOn<MeshImpact>(take, kAll, [&](auto& sink) {
+      return handOn<MeshImpact>(output, nullptr, [&](PairSink& sink) {
         return index_->search(mesh, margin, sink, index::Question::ofStep());
       });
     } else {
       const double time = index_->firstTime(nullptr, mesh, margin);
-      return take(&time, 1);
+      return output.take(&time, 1, 0);
     }
   }
 
   template <class Question>
-  bool search(const Call& call, Question, const Shape& partner, const Take& take) const {
+  bool search(const Call& call, Question, const Shape& partner, Output& output) const {
     arrays::requireShape(call.text(), partner);
     const geometry::Obstacle shape = arrays::obstacleOf(partner, index_->frame());
     if (!isFinite(shape)) {
@@ -334,12 +369,12 @@ class FiberTree::Impl {
     }
     if constexpr (std::is_same_v<Question, SafeStep>) {
       const double time = index_->firstTime(nullptr, shape);
-      return take(&time, 1);
+      return output.take(&time, 1, 0);
     } else {
       index::Question asked;
       asked.of_step = kNeedsStep<Question>;
       return handOn<FoundBy<Question, Shape>>(
-          take, kAll, [&](auto& sink) { return index_->search(shape, sink, asked); });
+          output, nullptr, [&](PairSink& sink) { return index_->search(shape, sink, asked); });
     }
   }
 
@@ -377,19 +412,38 @@ FiberTree::Impl& FiberTree::change(const char* call) {
 
 // A query holds the state until it ends: a visitor may even destroy the tree.
 
-bool FiberTree::ask(const Query& query, const Take& take) const {
-  const std::shared_ptr<const Impl> held = impl();
+bool FiberTree::Impl::answer(const FiberTree& tree, const Query& query, Output& output) {
+  const std::shared_ptr<const Impl> held = tree.impl();
   const Call call{query.call, kQuestions[query.question.index()]};
   return std::visit(
       [&](const auto& question, const auto* partner) {
         if constexpr (kHasAnswer<std::decay_t<decltype(question)>,
                                  std::remove_cv_t<std::remove_pointer_t<decltype(partner)>>>) {
-          return held->answer(call, question, *partner, take);
+          return held->answer(call, question, *partner, output);
         } else {
           return false;  // no call has asked this
         }
       },
       query.question, query.partner);
+}
+bool FiberTree::ask(const Query& query, const Take& take) const {
+  const bool is_parallel = query.on_all_threads;
+  Output output(is_parallel ? PairSink::Delivery::kAtOnce : PairSink::Delivery::kInOrder, take);
+  return Impl::answer(*this, query, output);
+}
+std::size_t FiberTree::fill(const Query& query, const Room& room) const {
+  Output output(room);
+  Impl::answer(*this, query, output);
+  return output.count();
+}
+
+template <class Partner, typename S>
+bool FiberTree::visitContacts(const Contacts<S>& question, const Partner& partner,
+                              const Take& take) const {
+  const std::shared_ptr<const Impl> held = impl();
+  const Call call{"visitInParallel", "Contacts"};
+  held->requireContacts(call, question, partner);
+  return held->visitContacts(call, question, partner, take);
 }
 
 template <class Partner, typename S, class Found>
@@ -398,8 +452,7 @@ void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner
   const std::shared_ptr<const Impl> held = impl();
   const Call call{"find", "Contacts"};
   held->requireContacts(call, question, partner);
-  std::vector<FoundBy<Pairs, Partner>> pairs;
-  held->answer(call, Pairs{question.order}, partner, appendTo(pairs));
+  const std::vector<FoundBy<Pairs, Partner>> pairs = held->pairs(call, question.order, partner);
   contacts.resize(pairs.size());
   held->compute(call, question, partner, pairs.data(), pairs.size(), contacts.data());
 }
@@ -503,6 +556,12 @@ void FiberTree::update(const FiberArrays<S>& start, const FiberArrays<S>& end) {
       const Contacts<S>&, const TriangleMesh&, MeshContact&) const;                               \
   template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(const Contacts<S>&, const Shape&,  \
                                                                std::vector<ShapeContact>&) const; \
+  template FCL_FIBERS_TREE_EXPORT bool FiberTree::visitContacts(                                  \
+      const Contacts<S>&, const FiberTree&, const Take&) const;                                   \
+  template FCL_FIBERS_TREE_EXPORT bool FiberTree::visitContacts(                                  \
+      const Contacts<S>&, const TriangleMesh&, const Take&) const;                                \
+  template FCL_FIBERS_TREE_EXPORT bool FiberTree::visitContacts(const Contacts<S>&, const Shape&, \
+                                                                const Take&) const;               \
   template FCL_FIBERS_TREE_EXPORT void FiberTree::writeAsked(                                     \
       const Contacts<S>&, const FiberTree&, const SegmentPair*, std::size_t, Contact*) const;     \
   template FCL_FIBERS_TREE_EXPORT void FiberTree::writeAsked(                                     \
@@ -529,6 +588,7 @@ std::vector<std::int32_t> FiberTree::segments() const { return impl()->index().s
 std::size_t FiberTree::fiberCount() const { return impl()->index().table().fiberCount(); }
 std::size_t FiberTree::segmentCount() const { return impl()->index()->leaves().size(); }
 const FiberTreeOptions& FiberTree::options() const { return options_; }
+int FiberTree::workerCount() const { return impl()->index()->workerCount(); }
 std::size_t FiberTree::memoryUsage() const { return impl()->index().memoryUsage(); }
 
 }  // namespace fcl_fibers

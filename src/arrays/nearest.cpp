@@ -97,7 +97,7 @@ void findClosest(const std::string& call, const FiberIndex& own, const FiberInde
   const PairsOfOne counts(own.table());
   const FrameChange to_own(other->frame(), own->frame());
   const auto measure = [&](SegmentId a, SegmentId b) {
-    SegmentPair pair{a, b};
+    Pair pair{a, b};
     if (is_own && !counts(pair)) return kNoPair;
     const Segment p = own->segment(a), q = taken(call, to_own, other->segment(b));
     return between(p, q, endPointError(p) + to_own.error(q));
@@ -105,9 +105,9 @@ void findClosest(const std::string& call, const FiberIndex& own, const FiberInde
   Candidates candidates(kInfinity, measure);
   is_own ? own->search(candidates) : own->search(*other, nullptr, candidates);
   pairs.clear();
-  candidates.forEach([&](const Pair& found) {
+  candidates.forEach([&](Pair found) {
+    if (is_own) counts(found);
     pairs.push_back({found.a, found.b});
-    if (is_own) counts(pairs.back());
   });
 }
 
@@ -124,21 +124,19 @@ void findClosest(const FiberIndex& own, const index::PosedMesh& mesh,
   candidates.forEach([&](const Pair& found) { pairs.push_back({found.a, found.b}); });
 }
 
-void findNearest(const std::string& call, const FiberIndex& own, const FiberIndex& other,
-                 double distance, std::vector<Pair>& pairs) {
+tree::Visit findNearest(const std::string& call, const FiberIndex& own, const FiberIndex& other,
+                        double distance, index::PairSink& sink) {
   const bool is_own = &own == &other;
   const FrameChange to_other(own->frame(), other->frame());
   const std::vector<SegmentId>& leaves = own->leaves();
   const PairsOfOne counts(own.table());
-  constexpr std::size_t kGrain = 256;
-  std::vector<std::vector<Pair>> found(leaves.size() / kGrain + 1);
-  own->forRanges(leaves.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  const auto findOfLeaves = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
     for (std::size_t i = begin; i < end; ++i) {
       const SegmentId id = leaves[i];
       const Segment one = taken(call, to_other, own->segment(id));
       const double error = to_other.error(one);
       const auto measure = [&](SegmentId its, SegmentId /*second*/) {
-        SegmentPair pair{id, its};
+        Pair pair{id, its};
         if (is_own && (its == id || !counts(pair))) return kNoPair;
         const Segment q = other->segment(its);
         return between(one, q, error + endPointError(q));
@@ -148,13 +146,11 @@ void findNearest(const std::string& call, const FiberIndex& own, const FiberInde
       other->search({one, one}, error, group, id, candidates);
       SegmentId nearest = std::numeric_limits<SegmentId>::max();
       candidates.forEach([&](const Pair& pair) { nearest = std::min(nearest, pair.a); });
-      if (nearest != std::numeric_limits<SegmentId>::max()) {
-        found[begin / kGrain].push_back({id, nearest});
-      }
+      if (nearest != std::numeric_limits<SegmentId>::max()) found.push_back({id, nearest});
     }
-  });
-  pairs.clear();
-  for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+  };
+  constexpr std::size_t kGrain = 256;
+  return own->findInRanges(leaves.size(), kGrain, sink, findOfLeaves);
 }
 
 }  // namespace fcl_fibers::arrays

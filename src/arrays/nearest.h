@@ -22,9 +22,9 @@ void findClosest(const std::string& call, const FiberIndex& own, const FiberInde
 void findClosest(const FiberIndex& own, const index::PosedMesh& mesh,
                  std::vector<TrianglePair>& pairs);
 
-/// Replaces the content of `pairs` by each segment of a tree that is at most `distance` from
-/// another tree, or from the rest of its own, and the candidate of least id.
-void findNearest(const std::string& call, const FiberIndex& own, const FiberIndex& other,
-                 double distance, std::vector<tree::Pair>& pairs);
+/// Finds each segment of a tree that is at most `distance` from another tree, or from the rest of
+/// its own, and the candidate of least id.
+tree::Visit findNearest(const std::string& call, const FiberIndex& own, const FiberIndex& other,
+                        double distance, index::PairSink& sink);
 
 }  // namespace fcl_fibers::arrays

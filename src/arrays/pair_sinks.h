@@ -23,28 +23,40 @@ class PairsOfOne final : public index::PairFilter {
   explicit PairsOfOne(const fibers::FiberTable& table) : are_neighbors_(table) {}
 
   /// Orders the pair, without a branch, which could not be predicted. Returns whether it counts.
-  FCL_FIBERS_ALWAYS_INLINE bool operator()(SegmentPair& pair) const {
+  FCL_FIBERS_ALWAYS_INLINE bool operator()(tree::Pair& pair) const {
     // The sign is spread over all bits, because compilers turn std::min() into a branch.
     const std::int32_t differ = (pair.a ^ pair.b) & ((pair.b - pair.a) >> 31);
     pair = {pair.a ^ differ, pair.b ^ differ};
     return !are_neighbors_(pair.a, pair.b);
-  }
-  /// Orders an impact of a pair that keep() has kept.
-  bool operator()(Impact& impact) const {
-    if (impact.pair.a > impact.pair.b) {
-      std::swap(impact.pair.a, impact.pair.b);
-      std::swap(impact.s, impact.t);
-    }
-    return true;
   }
 
   std::size_t keep(tree::Pair* pairs, std::size_t count,
                    std::vector<geometry::Impact>& /*impacts*/) const override {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      SegmentPair pair{pairs[i].a, pairs[i].b};
+      tree::Pair pair = pairs[i];
       pairs[kept] = pairs[i];
       kept += (*this)(pair) ? 1 : 0;
+    }
+    return kept;
+  }
+
+  /// See PairSink. Neighbours are kept among impacts, because keep() has left them out before.
+  std::size_t sift(tree::Pair* pairs, geometry::Impact* impacts, std::size_t count) const {
+    if (impacts != nullptr) {
+      for (std::size_t i = 0; i < count; ++i) {
+        if (pairs[i].a < pairs[i].b) continue;
+        std::swap(pairs[i].a, pairs[i].b);
+        std::swap(impacts[i].s, impacts[i].t);
+      }
+      return count;
+    }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      tree::Pair pair = pairs[i];
+      const bool counts = (*this)(pair);
+      pairs[kept] = pair;
+      kept += counts ? 1 : 0;
     }
     return kept;
   }
@@ -53,9 +65,46 @@ class PairsOfOne final : public index::PairFilter {
   const fibers::FiberTable::NeighborTest are_neighbors_;
 };
 
-/// Takes a run of what a query finds, of the type that its question and partner have. Returns true
-/// to end the query.
-using Take = std::function<bool(const void* found, std::size_t count)>;
+/// Takes a run of what a query finds, of the type that its question and partner have, on the thread
+/// of this number. Returns true to end the query.
+using Take = std::function<bool(const void* found, std::size_t count, int worker)>;
+/// Returns where `count` or more of what a query finds have room. What was written to the memory
+/// that it returned before is there.
+using Room = std::function<void*(std::size_t count)>;
+
+/// Where a query puts what it finds.
+class Output {
+ public:
+  using Delivery = index::PairSink::Delivery;
+
+  Output(Delivery delivery, const Take& take) : delivery_(delivery), take_(&take) {}
+  explicit Output(const Room& room) : delivery_(Delivery::kPlaced), room_(&room) {}
+
+  Delivery delivery() const { return delivery_; }
+  /// Calls take(), unless the delivery is kPlaced.
+  bool take(const void* found, std::size_t count, int worker) const {
+    return (*take_)(found, count, worker);
+  }
+  /// Makes room for so many more, if the delivery is kPlaced.
+  void makeRoom(std::size_t count) {
+    begin_ = count_;
+    count_ += count;
+    all_ = (*room_)(count_);
+  }
+  /// @param place  in the room that was made last
+  template <class Found>
+  Found* at(std::size_t place) const {
+    return static_cast<Found*>(all_) + begin_ + place;
+  }
+  std::size_t count() const { return count_; }  ///< of all places
+
+ private:
+  const Delivery delivery_;
+  const Take* take_ = nullptr;
+  const Room* room_ = nullptr;
+  std::size_t begin_ = 0, count_ = 0;
+  void* all_ = nullptr;
+};
 
 template <class Found>
 FCL_FIBERS_ALWAYS_INLINE Found toPublic(const tree::Pair& pair, const geometry::Impact& impact) {
@@ -72,40 +121,49 @@ FCL_FIBERS_ALWAYS_INLINE Found toPublic(const tree::Pair& pair, const geometry::
   }
 }
 
-/// Converts what a search finds to a public type, and hands on what keep(found) is true for. `keep`
-/// may change it.
-template <class Found, class Keep>
+/// Converts what a search finds to a public type.
+template <class Found>
 class SinkTo final : public index::PairSink {
  public:
-  SinkTo(const Take& take, const Keep& keep) : take_(take), keep_(keep) {}
+  /// @param own  sifts the pairs of one tree; null for others
+  SinkTo(Output& output, const PairsOfOne* own) : output_(output), own_(own) {}
 
-  tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
-    return takeRuns(count, [&](std::size_t i) { return toPublic<Found>(pairs[i], {}); });
+  Delivery delivery() const override { return output_.delivery(); }
+  std::size_t sift(tree::Pair* pairs, geometry::Impact* impacts, std::size_t count) const override {
+    return own_ != nullptr ? own_->sift(pairs, impacts, count) : count;
   }
-  tree::Visit takeImpacts(const tree::Pair* pairs, const geometry::Impact* impacts,
-                          std::size_t count) override {
-    return takeRuns(count, [&](std::size_t i) { return toPublic<Found>(pairs[i], impacts[i]); });
-  }
-
- private:
-  template <class F>
-  tree::Visit takeRuns(std::size_t count, F&& foundAt) {
+  tree::Visit take(const index::PairRun& run) override {
+    if (delivery() == Delivery::kPlaced) {
+      makeRoom(run.count);
+      place(0, run);
+      return tree::Visit::kContinue;
+    }
     constexpr std::size_t kRun = 256;
-    std::array<Found, kRun> run;
-    for (std::size_t i = 0; i != count;) {
-      const std::size_t end = std::min(i + kRun, count);
-      std::size_t size = 0;
-      for (; i != end; ++i) {
-        run[size] = foundAt(i);
-        size += keep_(run[size]) ? 1 : 0;
-      }
-      if (size > 0 && take_(run.data(), size)) return tree::Visit::kStop;
+    std::array<Found, kRun> found;
+    for (std::size_t i = 0; i < run.count; i += kRun) {
+      const std::size_t size = std::min(kRun, run.count - i);
+      convert(run, i, size, found.data());
+      if (output_.take(found.data(), size, run.worker)) return tree::Visit::kStop;
     }
     return tree::Visit::kContinue;
   }
+  void makeRoom(std::size_t count) override { output_.makeRoom(count); }
+  void place(std::size_t begin, const index::PairRun& run) const override {
+    convert(run, 0, run.count, output_.at<Found>(begin));
+  }
 
-  const Take& take_;
-  const Keep& keep_;
+ private:
+  static void convert(const index::PairRun& run, std::size_t begin, std::size_t count,
+                      Found* found) {
+    const tree::Pair* const pairs = run.pairs + begin;
+    const geometry::Impact* const impacts = run.impacts != nullptr ? run.impacts + begin : nullptr;
+    for (std::size_t i = 0; i < count; ++i) {
+      found[i] = toPublic<Found>(pairs[i], impacts != nullptr ? impacts[i] : geometry::Impact{});
+    }
+  }
+
+  Output& output_;
+  const PairsOfOne* const own_;
 };
 
 }  // namespace fcl_fibers::arrays

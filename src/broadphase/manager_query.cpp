@@ -110,10 +110,10 @@ class Search final : index::PairSink, index::NearestSink {
   bool pair(SegmentId found, SegmentId second);
   bool mayTouch(SegmentId found, SegmentId second) const;
 
-  Visit take(const tree::Pair* pairs, std::size_t count) override {
+  Visit take(const index::PairRun& run) override {
     // Most scenes have only capsules, and pay for no more than the rules.
     const bool is_plain = is_plain_;
-    for (const tree::Pair* found = pairs; found != pairs + count; ++found) {
+    for (const tree::Pair* found = run.pairs; found != run.pairs + run.count; ++found) {
       if (is_plain ? pair<true>(found->a, found->b) : pair<false>(found->a, found->b)) {
         return Visit::kStop;
       }

@@ -10,16 +10,37 @@
 
 namespace fcl_fibers::index {
 
-/// Receives the pairs of a search in runs.
+/// Pairs that a search has found, in their order.
+struct PairRun {
+  const tree::Pair* pairs;
+  const geometry::Impact* impacts;  ///< that of each pair; null if none are searched for
+  std::size_t count;
+  int worker = 0;  ///< the number of the thread, below Executor::threads(); 0 is the caller's
+};
+
+/// Receives the pairs of a search.
 class PairSink {
  public:
-  virtual tree::Visit take(const tree::Pair* pairs, std::size_t count) = 0;
-  /// Receives the pairs of a search for impacts.
-  /// @param impacts  that of each pair
-  virtual tree::Visit takeImpacts(const tree::Pair* pairs, const geometry::Impact* /*impacts*/,
-                                  std::size_t count) {
-    return take(pairs, count);
+  enum class Delivery {
+    kInOrder,  ///< take() is called on the calling thread, in the order of the search
+    kPlaced,   ///< the same, or place() is called on all threads
+    kAtOnce,   ///< take() is called on all threads, in any order
+  };
+  virtual Delivery delivery() const { return Delivery::kInOrder; }
+
+  /// Moves the pairs that count to the front in their order, with their impacts, and returns their
+  /// number. It is called on the thread that has found them, several at the same time.
+  virtual std::size_t sift(tree::Pair* /*pairs*/, geometry::Impact* /*impacts*/,
+                           std::size_t count) const {
+    return count;
   }
+
+  virtual tree::Visit take(const PairRun& run) = 0;
+
+  /// If the delivery is kPlaced: makes room for so many more pairs. Then each has its place, from 0
+  /// on, behind those that came before.
+  virtual void makeRoom(std::size_t /*count*/) {}
+  virtual void place(std::size_t /*begin*/, const PairRun& /*run*/) const {}
 
  protected:
   ~PairSink() = default;
@@ -62,9 +83,7 @@ struct Question {
 
 /// For a search that hands on no pair.
 struct NoSink final : PairSink {
-  tree::Visit take(const tree::Pair* /*pairs*/, std::size_t /*count*/) override {
-    return tree::Visit::kContinue;
-  }
+  tree::Visit take(const PairRun& /*run*/) override { return tree::Visit::kContinue; }
 };
 
 /// Receives the pairs that may be nearer than a limit. Each visit may lower the limit.

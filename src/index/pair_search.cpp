@@ -2,7 +2,9 @@
 #include "index/pair_search.h"
 
 #include <algorithm>
-#include <atomic>
+#include <condition_variable>
+#include <queue>
+#include <thread>
 #include <utility>
 
 namespace fcl_fibers::index {
@@ -11,105 +13,53 @@ using geometry::Impact;
 using tree::Pair;
 using tree::TraversalTask;
 using tree::Visit;
-
-namespace {
-
-/// @param impacts  that of each pair; empty if the search is not one for impacts
-Visit hand(const Pair* pairs, const std::vector<Impact>& impacts, std::size_t count,
-           PairSink& sink) {
-  if (count == 0) return Visit::kContinue;
-  return impacts.empty() ? sink.take(pairs, count) : sink.takeImpacts(pairs, impacts.data(), count);
-}
-
-}  // namespace
+using Delivery = PairSink::Delivery;
 
 Visit SerialBuffer::full() {
   auto count = static_cast<std::size_t>(next_ - pairs_);
   impacts_.clear();
   if (filter_ != nullptr) count = filter_->keep(pairs_, count, impacts_);
+  Impact* const impacts = impacts_.empty() ? nullptr : impacts_.data();
+  count = sink_->sift(pairs_, impacts, count);
   // The limit starts small, so that a search for the first pair does not wait for many.
   limit_ = std::min(2 * limit_, kCapacity);
   restart();
-  return hand(pairs_, impacts_, count, sink_);
+  return count == 0 ? Visit::kContinue : sink_->take({pairs_, impacts, count, worker_});
 }
 
-void TaskBuffer::start() {
-  if (pairs_.empty()) pairs_.resize(kFirst + kRoom);
-  restart(0);
-}
+BlockPool::~BlockPool() = default;
 
-std::size_t TaskBuffer::finish(const PairFilter* filter) {
-  const auto found = static_cast<std::size_t>(next_ - pairs_.data());
-  impacts_.clear();
-  count_ = filter != nullptr ? filter->keep(pairs_.data(), found, impacts_) : found;
-  return found;
-}
-
-Visit TaskBuffer::handTo(PairSink& sink) const {
-  return hand(pairs_.data(), impacts_, count_, sink);
-}
-
-Visit TaskBuffer::full() {
-  const auto count = static_cast<std::size_t>(next_ - pairs_.data());
-  pairs_.resize(2 * pairs_.size());
-  restart(count);
-  return Visit::kContinue;
-}
-
-void SearchScratch::trim(std::size_t most) {
-  for (Window& window : windows) {
-    for (TaskBuffer& buffer : window.buffers) buffer.trim();
-  }
-  std::size_t bytes = memoryUsage();
-  for (Window& window : windows) {
-    // Every window uses the first buffers.
-    for (auto buffer = window.buffers.rbegin(); buffer != window.buffers.rend(); ++buffer) {
-      if (bytes <= most) return;
-      bytes -= buffer->memoryUsage();
-      buffer->release();
-    }
-  }
-}
-
-std::size_t SearchScratch::memoryUsage() const {
-  std::size_t bytes = sizeof(*this);
-  for (const Window& window : windows) {
-    bytes += window.tasks.capacity() * sizeof(TraversalTask) +
-             window.buffers.capacity() * sizeof(TaskBuffer);
-    for (const TaskBuffer& buffer : window.buffers) bytes += buffer.memoryUsage();
-  }
+std::size_t BlockPool::memoryUsage() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::size_t bytes = 0;
+  for (const auto& block : blocks_) bytes += block->memoryUsage();
   return bytes;
 }
 
-ScratchPool::~ScratchPool() = default;
-
-std::size_t ScratchPool::memoryUsage() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return spare_ ? spare_->memoryUsage() : 0;
-}
-
-std::unique_ptr<SearchScratch> ScratchPool::take() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  std::unique_ptr<SearchScratch> scratch = std::move(spare_);
-  return scratch ? std::move(scratch) : std::make_unique<SearchScratch>();
-}
-
-void ScratchPool::giveBack(std::unique_ptr<SearchScratch> scratch) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  spare_ = std::move(scratch);
-  trimSpare();
-}
-
-void ScratchPool::keepAtMost(std::size_t bytes) {
+void BlockPool::keepAtMost(std::size_t bytes) {
   const std::lock_guard<std::mutex> lock(mutex_);
   most_kept_ = bytes;
-  trimSpare();
+  trim();
+}
+
+BlockPool::Blocks BlockPool::take() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::exchange(blocks_, {});
+}
+
+void BlockPool::giveBack(Blocks blocks) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (blocks.size() > blocks_.size()) blocks_ = std::move(blocks);
+  trim();
 }
 
 /// @pre the mutex is locked
-void ScratchPool::trimSpare() {
-  if (spare_) spare_->trim(most_kept_);
-  if (spare_ && spare_->memoryUsage() > most_kept_) spare_.reset();
+void BlockPool::trim() {
+  std::size_t bytes = 0;
+  const auto isBeyond = [&](const auto& block) {
+    return (bytes += block->memoryUsage()) > most_kept_;
+  };
+  blocks_.erase(std::find_if(blocks_.begin(), blocks_.end(), isBeyond), blocks_.end());
 }
 
 namespace {
@@ -125,111 +75,437 @@ class SerialTasks final : public tree::TaskSink {
   tree::PairBuffer& out_;
 };
 
-/// Collects tasks in windows. While other threads search a window, the calling thread hands on the
-/// pairs of the window before, in the order of the tasks.
-class ParallelTasks final : public tree::TaskSink {
+struct CollectTasks final : tree::TaskSink {
+  Visit take(const TraversalTask& task) override {
+    tasks.push_back(task);
+    return Visit::kContinue;
+  }
+  std::vector<TraversalTask> tasks;
+};
+
+/// A part of a FoundBlock.
+struct Piece {
+  FoundBlock* block;
+  std::size_t begin, count;
+
+  PairRun run() const {
+    const Impact* const impacts = block->impacts ? block->impacts.get() + begin : nullptr;
+    return {block->pairs.get() + begin, impacts, count};
+  }
+};
+
+/// Finds pairs on several threads.
+///
+/// A job is a run of consecutive tasks. A thread that takes a job of large tasks splits them into
+/// smaller ones, which become jobs in its place, and goes on with the first. So the whole search is
+/// the first job, and all threads split. They take the jobs in the order of their pairs. The
+/// calling thread hands on what they find as soon as all before it is handed on, and takes jobs
+/// while there is nothing to hand on. There is no other order among the threads, and they wait only
+/// where there is no job.
+class ParallelSearch {
  public:
-  ParallelTasks(const PairSearch& search, const PairFilter* filter, parallel::Executor& executor,
-                SearchScratch& scratch, PairSink& sink)
+  ParallelSearch(const PairSearch& search, const PairFilter* filter, parallel::Executor& executor,
+                 BlockPool& pool, PairSink& sink)
       : search_(search),
         filter_(filter),
         executor_(executor),
         sink_(sink),
-        searched_(&scratch.windows[0]),
-        filling_(&scratch.windows[1]) {
-    for (SearchScratch::Window& window : scratch.windows) {
-      window.tasks.clear();
-    }
+        delivery_(sink.delivery()),
+        work_of_job_(std::clamp<std::size_t>(
+            static_cast<std::size_t>(search.leafCount()) / kLeavesPerWork, 1, kMostWork)),
+        pool_(pool),
+        blocks_(pool.take()) {
+    for (const auto& block : blocks_) free_.push_back(block.get());
   }
+  ~ParallelSearch() { pool_.giveBack(std::move(blocks_)); }
+  ParallelSearch(const ParallelSearch&) = delete;
+  ParallelSearch& operator=(const ParallelSearch&) = delete;
 
-  Visit take(const TraversalTask& task) override {
-    filling_->tasks.push_back(task);
-    while (filling_->tasks.size() >= limit_) {
-      if (advance() == Visit::kStop) return Visit::kStop;
+  Visit run() {
+    std::int32_t grain = tree::kLeastGrain;
+    while (grain < search_.leafCount()) grain *= kStep;
+    const auto all = std::make_shared<const std::vector<TraversalTask>>(1, tree::kAllPairs);
+    unclaimed_.push({all, 0, 1, grain * kStep, {0, Place{1} << 63}});
+    while (!stopped_ && !has_ended_) {
+      threads_leave_ = false;
+      executor_.parallelForWithForeground([this] { protect([this] { lead(); }); },
+                                          executor_.threads() - 1,
+                                          [this](int i) { protect([&] { help(i + 1); }); });
     }
-    return Visit::kContinue;
-  }
-  Visit finish() {
-    while (!filling_->tasks.empty()) {
-      if (advance() == Visit::kStop) return Visit::kStop;
+    if (stopped_) return Visit::kStop;
+    if (delivery_ != Delivery::kPlaced) return Visit::kContinue;
+    std::vector<PairRun> runs;
+    for (; !found_.empty(); found_.pop()) {
+      for (const Piece& piece : found_.top().pieces) runs.push_back(piece.run());
     }
-    return deliver();
+    return handOn(runs, &executor_, sink_);
   }
 
  private:
-  Visit advance() {
-    if (filling_->buffers.size() < filling_->tasks.size()) {
-      filling_->buffers.resize(filling_->tasks.size());
+  /// A place in the order of all pairs. A job has a range of places, which the jobs that it is
+  /// split into divide.
+  using Place = std::uint64_t;
+  struct Range {
+    Place begin, end;
+  };
+
+  struct Job {
+    std::shared_ptr<const std::vector<TraversalTask>> tasks;
+    std::size_t begin, end;  ///< of those tasks
+    std::int32_t grain;      ///< the most leaves of a task
+    Range range;
+
+    std::size_t count() const { return end - begin; }
+  };
+  /// What a job has found.
+  struct Found {
+    std::vector<Piece> pieces;
+    Range range;
+  };
+  struct IsLater {
+    template <class T>
+    bool operator()(const T& p, const T& q) const {
+      return p.range.begin > q.range.begin;
     }
-    std::atomic<bool> stopped{false};
-    std::atomic<std::size_t> found{0}, searched{filling_->tasks.size()};
-    const auto search = [&](int i) {
-      if (stopped.load(std::memory_order_relaxed)) return;
-      const auto number = static_cast<std::size_t>(i);
-      TaskBuffer& buffer = filling_->buffers[number];
-      if (i > 0 && found.load(std::memory_order_relaxed) > kManyPairs) {
-        // This task and all after it go to the next window.
-        std::size_t end = searched.load(std::memory_order_relaxed);
-        while (number < end && !searched.compare_exchange_weak(end, number)) {
+  };
+  template <class T>
+  class FirstInOrder : public std::priority_queue<T, std::vector<T>, IsLater> {
+   public:
+    T take() {
+      T first = std::move(this->c.front());  // IsLater still finds its range
+      this->pop();
+      return first;
+    }
+  };
+
+  /// Keeps the pairs of a job.
+  class Store final : public PairSink {
+   public:
+    explicit Store(ParallelSearch& search) : search_(search) {}
+
+    std::size_t sift(Pair* pairs, Impact* impacts, std::size_t count) const override {
+      return search_.sink_.sift(pairs, impacts, count);
+    }
+    Visit take(const PairRun& run) override {
+      search_.waiting_pairs_.fetch_add(run.count, std::memory_order_relaxed);
+      for (std::size_t taken = 0; taken < run.count;) {
+        if (block_ == nullptr || block_->count == FoundBlock::kCapacity) {
+          block_ = search_.anotherBlock(block_, run.impacts != nullptr);
         }
-        buffer.release();
-        return;
+        if (pieces_.empty() || pieces_.back().block != block_) {
+          block_->users.fetch_add(1, std::memory_order_relaxed);
+          pieces_.push_back({block_, block_->count, 0});
+        }
+        const std::size_t count =
+            std::min(run.count - taken, FoundBlock::kCapacity - block_->count);
+        std::copy_n(run.pairs + taken, count, block_->pairs.get() + block_->count);
+        if (run.impacts != nullptr) {
+          std::copy_n(run.impacts + taken, count, block_->impacts.get() + block_->count);
+        }
+        block_->count += count;
+        pieces_.back().count += count;
+        taken += count;
       }
-      buffer.start();
-      search_.run(filling_->tasks[number], buffer);
-      found.fetch_add(buffer.finish(filter_), std::memory_order_relaxed);
-    };
-    const auto deliver_before = [&] {
-      if (deliver() == Visit::kStop) stopped.store(true, std::memory_order_relaxed);
-    };
-    executor_.parallelForWithForeground(deliver_before, static_cast<int>(filling_->tasks.size()),
-                                        search);
-    if (stopped) return Visit::kStop;
-    std::swap(searched_, filling_);
-    for (TaskBuffer& buffer : filling_->buffers) buffer.trim();
-    const auto left = searched_->tasks.begin() + static_cast<std::ptrdiff_t>(searched.load());
-    filling_->tasks.assign(left, searched_->tasks.end());
-    for (std::size_t i = searched; i < searched_->tasks.size(); ++i) {
-      searched_->buffers[i].release();
+      return Visit::kContinue;
     }
-    searched_->tasks.erase(left, searched_->tasks.end());
-    limit_ =
-        found > kManyPairs ? std::max(limit_ / 2, kFirstLimit) : std::min(2 * limit_, kCapacity);
-    return Visit::kContinue;
+    std::vector<Piece> takePieces() { return std::exchange(pieces_, {}); }
+
+   private:
+    ParallelSearch& search_;
+    FoundBlock* block_ = nullptr;
+    std::vector<Piece> pieces_;
+  };
+
+  /// What a thread needs.
+  struct Worker {
+    Worker(ParallelSearch& search, int number)
+        : store(search), buffer(search.filter_, search.sink_, number) {}
+
+    Store store;
+    SerialBuffer buffer;
+  };
+  using Lock = std::unique_lock<std::mutex>;
+  static void relock(Lock& lock) {
+    // The mutex is held for less than a microsecond, and to sleep takes several.
+    constexpr int kTries = 30;
+    for (int i = 0; i < kTries && !lock.owns_lock(); ++i) {
+      if (!lock.try_lock()) std::this_thread::yield();
+    }
+    if (!lock.owns_lock()) lock.lock();
+  }
+  Lock locked() {
+    Lock lock(mutex_, std::defer_lock);
+    relock(lock);
+    return lock;
   }
 
-  Visit deliver() {
-    for (std::size_t i = 0; i < searched_->tasks.size(); ++i) {
-      if (searched_->buffers[i].handTo(sink_) == Visit::kStop) return Visit::kStop;
+  /// Runs a thread. If it throws, the others stop.
+  template <class F>
+  void protect(F&& thread) {
+    try {
+      thread();
+    } catch (...) {
+      stop();
+      throw;
     }
-    return Visit::kContinue;
+  }
+  void stop() {
+    const Lock lock = locked();
+    stopped_ = true;
+    changed_.notify_all();
   }
 
-  /// The number of tasks in a window. A task finds at most two megabytes of pairs, the square of
-  /// its grain. A window that has found many pairs starts no further task.
-  static constexpr std::size_t kFirstLimit = 4, kCapacity = 256;
-  static constexpr std::size_t kManyPairs = std::size_t{1} << 20;
+  /// The calling thread.
+  void lead() {
+    Worker worker(*this, 0);
+    Lock lock = locked();
+    while (!stopped_) {
+      if (delivery_ == Delivery::kInOrder && isNext(found_)) {
+        deliver(lock);
+      } else if (threads_leave_ && 2 * waiting_pairs_ < kMostWaiting) {
+        return;  // they are called again
+      } else if (!unclaimed_.empty() && (mayKeepMore() || isNext(unclaimed_))) {
+        perform(worker, lock, delivery_ == Delivery::kInOrder && isNext(unclaimed_));
+      } else if (unclaimed_.empty() && running_ == 0) {
+        has_ended_ = true;
+        return;
+      } else {
+        wait(lock);
+      }
+    }
+  }
+  /// Any other thread.
+  void help(int number) {
+    Worker worker(*this, number);
+    Lock lock = locked();
+    while (!stopped_ && !threads_leave_) {
+      if (!mayKeepMore()) {
+        threads_leave_ = true;
+        changed_.notify_all();
+      } else if (!unclaimed_.empty()) {
+        perform(worker, lock, /*is_next=*/false);
+      } else if (running_ == 0) {
+        return;
+      } else {
+        wait(lock);
+      }
+    }
+  }
+  void wait(Lock& lock) {
+    ++idle_;
+    changed_.wait(lock);
+    --idle_;
+  }
+
+  template <class T>
+  bool isNext(const FirstInOrder<T>& all) const {
+    return !all.empty() && all.top().range.begin == next_;
+  }
+  /// Whether threads may go ahead of the sink.
+  bool mayKeepMore() const {
+    return delivery_ != Delivery::kInOrder || waiting_pairs_ < kMostWaiting;
+  }
+
+  /// Performs the first job.
+  /// @param is_next  whether all pairs before it are handed on
+  void perform(Worker& worker, Lock& lock, bool is_next) {
+    Job job = unclaimed_.take();
+    ++running_;
+    lock.unlock();
+    const bool stores =
+        delivery_ == Delivery::kPlaced || (delivery_ == Delivery::kInOrder && !is_next);
+    worker.buffer.setSink(stores ? static_cast<PairSink&>(worker.store) : sink_);
+    while (job.grain > tree::kLeastGrain) split(job);
+    Visit visit = Visit::kContinue;
+    for (; job.begin < job.end && visit == Visit::kContinue; ++job.begin) {
+      if (stopped_) break;
+      if (job.count() > 1) share(job, is_next);
+      visit = search_.run((*job.tasks)[job.begin], worker.buffer);
+    }
+    if (visit == Visit::kContinue) visit = worker.buffer.full();
+    search_.endJob();
+    std::vector<Piece> pieces = worker.store.takePieces();
+    relock(lock);
+    --running_;
+    if (visit == Visit::kStop) stopped_ = true;
+    if (is_next) next_ = job.range.end;
+    if (stores && (delivery_ == Delivery::kInOrder || !pieces.empty())) {
+      found_.push({std::move(pieces), job.range});
+    }
+    if (idle_ > 0) changed_.notify_all();
+  }
+
+  /// Replaces the tasks of a job by smaller ones. All but the first of them become other jobs.
+  void split(Job& job) {
+    CollectTasks smaller;
+    job.grain /= kStep;
+    for (; job.begin < job.end; ++job.begin) {
+      search_.split((*job.tasks)[job.begin], job.grain, smaller);
+    }
+    job.begin = 0;
+    job.end = smaller.tasks.size();
+    job.tasks = std::make_shared<const std::vector<TraversalTask>>(std::move(smaller.tasks));
+    const std::size_t most = job.grain > tree::kLeastGrain ? kWorkOfLargeTasks : work_of_job_;
+    leave(job, endOfJob(job, most), most);
+  }
+
+  /// Leaves tasks to threads that have none, or to later, if too many pairs wait.
+  void share(Job& job, bool is_next) {
+    if (idle_ > 0) {
+      leave(job, job.begin + (job.count() + 1) / 2, SIZE_MAX);
+    } else if (!is_next && !mayKeepMore()) {
+      leave(job, job.begin + 1, SIZE_MAX);
+    }
+  }
+
+  /// The end of the first tasks of a job that have at most so much work, or of one task.
+  static std::size_t endOfJob(const Job& job, std::size_t most) {
+    std::size_t work = 0, end = job.begin;
+    for (; end < job.end; ++end) {
+      work += (*job.tasks)[end].node != TraversalTask::kCross ? kWorkOfSelfTask : 1;
+      if (work > most && end > job.begin) break;
+    }
+    return end;
+  }
+
+  /// Makes other jobs of the tasks of a job from `end` on.
+  /// @param most  the work of each of them
+  void leave(Job& job, std::size_t end, std::size_t most) {
+    if (end == job.end) return;
+    const Place width = (job.range.end - job.range.begin) / job.count();
+    if (width == 0) return;
+    std::vector<Job> others;
+    Job rest = job;
+    job.end = end;
+    for (Job* last = &job; last->end < rest.end; last = &others.back()) {
+      rest.begin = last->end;
+      last->range.end = rest.range.begin = last->range.begin + width * last->count();
+      others.push_back(rest);
+      others.back().end = endOfJob(rest, most);
+    }
+    const Lock lock = locked();
+    for (Job& other : others) unclaimed_.push(std::move(other));
+    if (idle_ > 0) changed_.notify_all();
+  }
+
+  /// Hands on what the next job has found.
+  void deliver(Lock& lock) {
+    const Found found = found_.take();
+    lock.unlock();
+    Visit visit = Visit::kContinue;
+    std::size_t count = 0;
+    for (const Piece& piece : found.pieces) {
+      count += piece.count;
+      if (visit == Visit::kContinue) visit = sink_.take(piece.run());
+    }
+    relock(lock);
+    for (const Piece& piece : found.pieces) release(piece.block);
+    waiting_pairs_.fetch_sub(count, std::memory_order_relaxed);
+    next_ = found.range.end;
+    if (visit == Visit::kStop) stopped_ = true;
+    if (stopped_) changed_.notify_all();
+  }
+
+  /// @param full  the one that the thread has filled, or null
+  FoundBlock* anotherBlock(FoundBlock* full, bool has_impacts) {
+    const Lock lock = locked();
+    if (full != nullptr) release(full);
+    if (free_.empty()) {
+      blocks_.push_back(std::make_unique<FoundBlock>());
+      free_.reserve(blocks_.size());
+      free_.push_back(blocks_.back().get());
+    }
+    FoundBlock* const block = free_.back();
+    if (has_impacts && !block->impacts) block->impacts.reset(new Impact[FoundBlock::kCapacity]);
+    if (!has_impacts) block->impacts.reset();
+    free_.pop_back();
+    block->count = 0;
+    block->users = 1;
+    return block;
+  }
+  /// @pre the mutex is locked
+  void release(FoundBlock* block) {
+    if (--block->users == 0) free_.push_back(block);
+  }
+
+  /// How many times smaller the tasks become by one split. Full nodes are so much larger than their
+  /// children.
+  static constexpr std::int32_t kStep = 8;
+  /// The pairs below one node take about so many times the work of those between two.
+  static constexpr std::size_t kWorkOfSelfTask = 16;
+  /// A job is worth its locks: it takes some ten thousand tests of volumes. In a small tree it has
+  /// less work, so that there are many jobs.
+  static constexpr std::size_t kMostWork = 128, kLeavesPerWork = 1 << 14;
+  static constexpr std::size_t kWorkOfLargeTasks = 16;
+  /// So many pairs may wait for the sink.
+  static constexpr std::size_t kMostWaiting = std::size_t{1} << 21;
+
   const PairSearch& search_;
   const PairFilter* filter_;
   parallel::Executor& executor_;
   PairSink& sink_;
-  SearchScratch::Window* searched_;  ///< the window whose pairs are handed on next
-  SearchScratch::Window* filling_;
-  std::size_t limit_ = kFirstLimit;
+  const Delivery delivery_;
+  const std::size_t work_of_job_;
+  std::atomic<bool> stopped_{false};
+  std::atomic<int> idle_{0};  ///< threads that wait
+  std::atomic<std::size_t> waiting_pairs_{0};
+
+  std::mutex mutex_;  ///< of all below
+  std::condition_variable changed_;
+  FirstInOrder<Job> unclaimed_;
+  FirstInOrder<Found> found_;
+  Place next_ = 0;              ///< all pairs before are handed on
+  int running_ = 0;             ///< jobs
+  bool threads_leave_ = false;  ///< because too many pairs wait
+  bool has_ended_ = false;
+  BlockPool& pool_;
+  BlockPool::Blocks blocks_;
+  std::vector<FoundBlock*> free_;
 };
 
 }  // namespace
 
 Visit findPairs(const PairSearch& search, const PairFilter* filter, parallel::Executor* executor,
-                ScratchPool& scratch, PairSink& sink) {
-  if (executor == nullptr) {
+                BlockPool& pool, PairSink& sink) {
+  if (executor == nullptr || search.leafCount() <= tree::kLeastGrain) {
     SerialBuffer buffer(filter, sink);
     SerialTasks tasks(search, buffer);
-    return search.split(tasks) == Visit::kStop ? Visit::kStop : buffer.full();
+    return search.split(tree::kAllPairs, tree::kLeastGrain, tasks) == Visit::kStop ? Visit::kStop
+                                                                                   : buffer.full();
   }
-  const ScratchPool::Lease lease(scratch);
-  ParallelTasks tasks(search, filter, *executor, *lease, sink);
-  return search.split(tasks) == Visit::kStop ? Visit::kStop : tasks.finish();
+  return ParallelSearch(search, filter, *executor, pool, sink).run();
+}
+
+Visit handOn(const std::vector<PairRun>& runs, parallel::Executor* executor, PairSink& sink) {
+  constexpr std::size_t kGrain = 16;
+  if (executor == nullptr || runs.size() <= kGrain || sink.delivery() == Delivery::kInOrder) {
+    for (const PairRun& run : runs) {
+      if (run.count > 0 && sink.take(run) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+  if (sink.delivery() == Delivery::kPlaced) {
+    std::vector<std::size_t> begin(1, 0);
+    begin.reserve(runs.size() + 1);
+    for (const PairRun& run : runs) begin.push_back(begin.back() + run.count);
+    sink.makeRoom(begin.back());
+    parallel::forRanges(executor, runs.size(), kGrain, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) sink.place(begin[i], runs[i]);
+    });
+    return Visit::kContinue;
+  }
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> stopped{false};
+  const auto takeRuns = [&](int worker) {
+    for (std::size_t i = next++; i < runs.size() && !stopped; i = next++) {
+      PairRun run = runs[i];
+      run.worker = worker;
+      if (run.count > 0 && sink.take(run) == Visit::kStop) stopped = true;
+    }
+  };
+  executor->parallelForWithForeground([&] { takeRuns(0); }, executor->threads() - 1,
+                                      [&](int i) { takeRuns(i + 1); });
+  return stopped ? Visit::kStop : Visit::kContinue;
 }
 
 }  // namespace fcl_fibers::index

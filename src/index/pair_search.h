@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
-#include <array>
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -16,25 +16,33 @@
 
 namespace fcl_fibers::index {
 
-/// A search for overlapping pairs within one tree or between two, split into tasks of some
-/// microseconds.
+/// A search for overlapping pairs within one tree or between two. See tree/search.h.
 class PairSearch {
  public:
-  virtual tree::Visit split(tree::TaskSink& out) const = 0;
+  virtual std::int32_t leafCount() const = 0;  ///< of the larger tree
+  virtual tree::Visit split(const tree::TraversalTask& task, std::int32_t grain,
+                            tree::TaskSink& out) const = 0;
   virtual tree::Visit run(const tree::TraversalTask& task, tree::PairBuffer& out) const = 0;
+  /// Is called after the last task of a job, on its thread. Who counts the work of jobs needs it.
+  virtual void endJob() const {}
 
  protected:
   ~PairSearch() = default;
 };
 
-/// Collects pairs on the stack and hands them on, through the filter if there is one.
+/// Collects pairs and hands them on, through the filter if there is one.
 class SerialBuffer final : public tree::PairBuffer {
  public:
-  SerialBuffer(const PairFilter* filter, PairSink& sink) : filter_(filter), sink_(sink) {
+  /// @param worker  the number of the thread that uses it
+  SerialBuffer(const PairFilter* filter, PairSink& sink, int worker = 0)
+      : filter_(filter), sink_(&sink), worker_(worker) {
     restart();
   }
   SerialBuffer(const SerialBuffer&) = delete;
   SerialBuffer& operator=(const SerialBuffer&) = delete;
+
+  /// @pre it is empty
+  void setSink(PairSink& sink) { sink_ = &sink; }
 
   /// Must be called at the end of a search, too.
   tree::Visit full() override;
@@ -48,102 +56,61 @@ class SerialBuffer final : public tree::PairBuffer {
   }
 
   const PairFilter* filter_;
-  PairSink& sink_;
+  PairSink* sink_;
+  const int worker_;
   std::vector<geometry::Impact> impacts_;
   std::size_t limit_ = kFirst;
   tree::Pair pairs_[kCapacity + kRoom];
 };
 
-/// Keeps all pairs of a task. It has cache lines of its own, because several threads run tasks at
-/// once and each pair that they find moves next_.
-class alignas(64) TaskBuffer final : public tree::PairBuffer {
- public:
-  void start();
-  /// Filters the pairs, if there is a filter, and returns how many there were before.
-  std::size_t finish(const PairFilter* filter);
-  tree::Visit full() override;
+/// Memory for pairs that one thread has found, those of one job after those of another.
+struct FoundBlock {
+  static constexpr std::size_t kCapacity = 4096;
 
-  tree::Visit handTo(PairSink& sink) const;
+  std::unique_ptr<tree::Pair[]> pairs{new tree::Pair[kCapacity]};
+  std::unique_ptr<geometry::Impact[]> impacts;  ///< null if none are searched for
+  std::size_t count = 0;
+  std::atomic<int> users{0};  ///< jobs whose pairs are needed, and the thread that fills it
+
   std::size_t memoryUsage() const {
-    return pairs_.capacity() * sizeof(tree::Pair) + impacts_.capacity() * sizeof(geometry::Impact);
+    return sizeof(*this) +
+           kCapacity * (sizeof(tree::Pair) + (impacts ? sizeof(geometry::Impact) : 0));
   }
-  void release() {
-    pairs_ = std::vector<tree::Pair>();
-    impacts_ = std::vector<geometry::Impact>();
-  }
-  /// Frees memory that only tasks with very many pairs need.
-  void trim() {
-    if (std::max(pairs_.capacity(), impacts_.capacity()) > kMostKept) release();
-  }
-
- private:
-  static constexpr std::size_t kFirst = 256, kMostKept = 8192;
-
-  void restart(std::size_t count) {
-    next_ = pairs_.data() + count;
-    end_ = pairs_.data() + pairs_.size() - kRoom;
-  }
-
-  std::vector<tree::Pair> pairs_;
-  std::vector<geometry::Impact> impacts_;
-  std::size_t count_ = 0;
 };
 
 /// Memory that one search on several threads leaves to the next.
-struct SearchScratch {
-  /// Consecutive tasks and the pairs found by each.
-  struct Window {
-    std::vector<tree::TraversalTask> tasks;
-    std::vector<TaskBuffer> buffers;
-  };
-  std::array<Window, 2> windows;
-
-  /// Frees the pairs of some tasks, until at most this many bytes are left or all pairs are freed.
-  void trim(std::size_t most);
-  std::size_t memoryUsage() const;  ///< including this object
-};
-
-/// Lends scratch memory, which searches that run at the same time must not share.
-class ScratchPool {
+class BlockPool {
  public:
-  FCL_FIBERS_TREE_EXPORT ~ScratchPool();
+  using Blocks = std::vector<std::unique_ptr<FoundBlock>>;
 
-  /// Excludes memory that is lent at present.
+  FCL_FIBERS_TREE_EXPORT ~BlockPool();
+
+  /// Excludes blocks that a search has at present.
   std::size_t memoryUsage();
-  void clear() { giveBack(nullptr); }
-  /// Frees kept memory beyond this size, now and whenever a scratch is given back.
+  void clear() { take(); }
+  /// Frees memory beyond this size, now and whenever blocks are given back.
   void keepAtMost(std::size_t bytes);
 
-  /// Holds a scratch until it goes out of scope.
-  class Lease {
-   public:
-    explicit Lease(ScratchPool& pool) : pool_(pool), scratch_(pool.take()) {}
-    ~Lease() { pool_.giveBack(std::move(scratch_)); }
-    Lease(const Lease&) = delete;
-    Lease& operator=(const Lease&) = delete;
-    SearchScratch& operator*() const { return *scratch_; }
-
-   private:
-    ScratchPool& pool_;
-    std::unique_ptr<SearchScratch> scratch_;
-  };
+  /// Returns all blocks, which searches that run at the same time must not share.
+  Blocks take();
+  void giveBack(Blocks blocks);
 
  private:
-  std::unique_ptr<SearchScratch> take();
-  /// Keeps only the last scratch that was given back, and at most most_kept_ bytes of it.
-  void giveBack(std::unique_ptr<SearchScratch> scratch);
-
-  void trimSpare();
+  void trim();
 
   std::mutex mutex_;
-  std::unique_ptr<SearchScratch> spare_;
+  Blocks blocks_;
   std::size_t most_kept_ = std::size_t{1} << 22;
 };
 
 /// Hands on every pair whose volumes overlap and that passes the filter, if there is one. Pairs and
-/// their order are the same for every executor. The sink is called on the calling thread.
+/// their order are the same for every executor, unless the sink takes them in any order.
 /// @param executor  null for one thread
 tree::Visit findPairs(const PairSearch& search, const PairFilter* filter,
-                      parallel::Executor* executor, ScratchPool& scratch, PairSink& sink);
+                      parallel::Executor* executor, BlockPool& pool, PairSink& sink);
+
+/// Hands on runs that have been found, in their order or as the sink takes them.
+/// @param executor  null for one thread
+tree::Visit handOn(const std::vector<PairRun>& runs, parallel::Executor* executor, PairSink& sink);
 
 }  // namespace fcl_fibers::index

@@ -30,7 +30,7 @@ constexpr double kLoose = 1.5;
 SegmentIndex::SegmentIndex(const IndexOptions& options)
     : options_(options),
       executor_(parallel::makeExecutor(options.threads)),
-      scratch_(std::make_unique<ScratchPool>()),
+      blocks_(std::make_unique<BlockPool>()),
       now_{{}, KeptSegments(options.share_ends), {}} {}
 
 void SegmentIndex::copy(const SegmentIndex& other) {
@@ -43,7 +43,7 @@ void SegmentIndex::copy(const SegmentIndex& other) {
   frame_lasts_ = other.frame_lasts_;
   fitted_ = other.fitted_;
   unit_ = other.unit_;
-  limitScratch();
+  limitBlocks();
 }
 
 void SegmentIndex::clear() {
@@ -51,7 +51,7 @@ void SegmentIndex::clear() {
   frame_lasts_ = false;
   begin_ = end_ = 0;
   now_ = {{}, KeptSegments(options_.share_ends), {}};
-  scratch_->clear();
+  blocks_->clear();
 }
 
 // --- Building ---
@@ -114,7 +114,7 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
   useNewFrame();
   looseness_when_built_ = looseness();
   bringStart(source);
-  limitScratch();
+  limitBlocks();
   return true;
 }
 
@@ -361,8 +361,8 @@ bool SegmentIndex::hasDecayed(double loose) const {
 }
 
 /// One dense query must not make the index keep much more memory for good.
-void SegmentIndex::limitScratch() {
-  scratch_->keepAtMost((memoryUsage() - scratch_->memoryUsage()) / 4);
+void SegmentIndex::limitBlocks() {
+  blocks_->keepAtMost((memoryUsage() - blocks_->memoryUsage()) / 4);
 }
 
 std::size_t SegmentIndex::memoryUsage() const {
@@ -370,7 +370,7 @@ std::size_t SegmentIndex::memoryUsage() const {
     return end.segments.memoryUsage() +
            std::visit([](const auto& tree) { return tree.memoryUsage(); }, end.tree);
   };
-  return scratch_->memoryUsage() + bytesOf(now_) + moved_.capacity() * sizeof(SegmentId) +
+  return blocks_->memoryUsage() + bytesOf(now_) + moved_.capacity() * sizeof(SegmentId) +
          (start_ ? sizeof(End) + bytesOf(*start_) : 0);
 }
 

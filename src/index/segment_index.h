@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <type_traits>
@@ -66,7 +67,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// In the unit of frame(), as are all lengths below.
   double margin() const { return options_.margin * frame().scale; }
 
-  /// Copies the other index, except for its options, threads, step and scratch memory.
+  /// Copies the other index, except for its options, threads, step and the memory of
+  /// searches.
   /// @pre the options differ at most in threads
   void copy(const SegmentIndex& other);
   void clear();
@@ -131,13 +133,15 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   /// The threads of a search; null for one.
   parallel::Executor* executor() const { return executor_.get(); }
+  /// The numbers of threads in a PairRun are below this.
+  int workerCount() const { return executor_ != nullptr ? executor_->threads() : 1; }
 
   /// Whether refit() would change nothing that a search can see.
   bool isFitted(const SegmentSource& source) const;
 
-  // Searches call their sink on the calling thread. They return Visit::kStop if it did. A
-  // NearestSink gets the pairs at the end of the step that may be nearer than its limit, roughly
-  // the nearest first. There is one search for each kind of partner.
+  // Searches return Visit::kStop if their sink did. A NearestSink is called on the calling thread.
+  // It gets the pairs at the end of the step that may be nearer than its limit, roughly the nearest
+  // first. There is one search for each kind of partner.
 
   /// Finds the pairs within this index, except those within one group.
   ///@{
@@ -199,10 +203,27 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     return first.get();
   }
 
-  /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and
-  /// its nearest triangle, in the order of the tree.
+  /// Finds each segment that is at most `distance` from the mesh, and its nearest triangle, in the
+  /// order of the tree.
   /// @pre keepsSegments()
-  void findNearest(const PosedMesh& mesh, double distance, std::vector<tree::Pair>& pairs) const;
+  tree::Visit findNearest(const PosedMesh& mesh, double distance, PairSink& sink) const;
+
+  /// Hands on what find(begin, end, out) adds to `out` for ranges of [0, count), in their order. It
+  /// is called on the threads of this index.
+  template <class Find>
+  tree::Visit findInRanges(std::size_t count, std::size_t grain, PairSink& sink,
+                           const Find& find) const {
+    std::vector<std::vector<tree::Pair>> found((count + grain - 1) / grain);
+    forRanges(found.size(), 1, [&](std::size_t from, std::size_t to) {
+      for (std::size_t part = from; part < to; ++part) {
+        find(part * grain, std::min((part + 1) * grain, count), found[part]);
+      }
+    });
+    std::vector<PairRun> runs;
+    runs.reserve(found.size());
+    for (const auto& part : found) runs.push_back({part.data(), nullptr, part.size()});
+    return handOn(runs, executor(), sink);
+  }
 
   /// Calls visit(id) for the segments below the volumes for which near(box) is true, in the order
   /// of the tree, until it returns Visit::kStop. The box, in this index's frame, is around a padded
@@ -289,7 +310,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   void forChunks(std::size_t count, F&& visit);
   void useNewFrame();
   tree::Extent extent() const;
-  void limitScratch();
+  void limitBlocks();
   double looseness() const;
   bool hasDecayed(double loose) const;
 
@@ -327,7 +348,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   tree::Visit withFilter(const Question& question, bool moves, const MovingRange& b,
                          const geometry::FrameChange* b_to_a, double error, F&& visit) const;
   tree::Visit find(const PairSearch& search, const PairFilter* filter, PairSink& sink) const {
-    return findPairs(search, filter, executor_.get(), *scratch_, sink);
+    return findPairs(search, filter, executor_.get(), *blocks_, sink);
   }
   KeptSegments readSegments(const SegmentSource& source) const;
   tree::Visit searchAt(const End& end, const PosedTriangles& triangles, double margin, bool once,
@@ -337,7 +358,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   IndexOptions options_;
   std::unique_ptr<parallel::Executor> executor_;  ///< null for one thread
-  std::unique_ptr<ScratchPool> scratch_;
+  std::unique_ptr<BlockPool> blocks_;
   SegmentId begin_ = 0, end_ = 0;
   End now_;
   double looseness_when_built_ = 0;

@@ -30,18 +30,33 @@ class MarkingSink final : public PairSink {
   MarkingSink(bool once, SegmentMarks& marks, PairSink& sink)
       : once_(once), marks_(marks), sink_(sink) {}
 
-  Visit take(const Pair* pairs, std::size_t count) override {
+  Delivery delivery() const override {
+    // Which pair is the first is known when those before it are.
+    const bool is_placed = sink_.delivery() == Delivery::kPlaced;
+    return once_ && is_placed ? Delivery::kInOrder : sink_.delivery();
+  }
+  std::size_t sift(Pair* pairs, Impact* impacts, std::size_t count) const override {
+    const std::size_t kept = sink_.sift(pairs, impacts, count);
+    for (std::size_t i = 0; i < kept && !once_; ++i) marks_.add(pairs[i].a);
+    return kept;
+  }
+  Visit take(const PairRun& found) override {
+    if (!once_) return sink_.take(found);
     constexpr std::size_t kRun = 256;
     std::array<Pair, kRun> run;
-    for (const Pair* const end = pairs + count; pairs != end;) {
+    for (std::size_t i = 0; i < found.count;) {
       std::size_t size = 0;
-      for (; pairs != end && size < kRun; ++pairs) {
-        if (marks_.add(pairs->a) || !once_) run[size++] = *pairs;
+      for (; i < found.count && size < kRun; ++i) {
+        if (marks_.add(found.pairs[i].a)) run[size++] = found.pairs[i];
       }
-      if (size > 0 && sink_.take(run.data(), size) == Visit::kStop) return Visit::kStop;
+      if (size > 0 && sink_.take({run.data(), nullptr, size, found.worker}) == Visit::kStop) {
+        return Visit::kStop;
+      }
     }
     return Visit::kContinue;
   }
+  void makeRoom(std::size_t count) override { sink_.makeRoom(count); }
+  void place(std::size_t begin, const PairRun& run) const override { sink_.place(begin, run); }
 
  private:
   const bool once_;
@@ -148,7 +163,7 @@ bool isWorthPosing(const PairSearch& turned, const PosedTriangles& triangles) {
     std::size_t missing;
   } count;
   count.missing = 16 + triangles.mesh().triangles().size() / 128;
-  return turned.split(count) == Visit::kStop;
+  return turned.split(tree::kAllPairs, tree::kLeastGrain, count) == Visit::kStop;
 }
 
 }  // namespace
@@ -198,7 +213,8 @@ Visit SegmentIndex::searchAt(const End& end, const PosedTriangles& triangles, do
         std::vector<Pair> inside;
         const auto handOn = [&] {
           if (!once) addNearest(end, triangles, inside);
-          const Visit visit = sink.take(inside.data(), inside.size());
+          const PairRun run{inside.data(), nullptr, inside.size()};
+          const Visit visit = inside.empty() ? Visit::kContinue : sink.take(run);
           inside.clear();
           return visit;
         };
@@ -234,9 +250,9 @@ Visit SegmentIndex::search(const PosedMesh& mesh, double margin, PairSink& sink,
   if (!mesh.hasStep()) return searchAt(now_, mesh.end(), both_margins, question.once, sink);
   struct Inside final : PairSink {
     explicit Inside(SegmentMarks& m) : marks(m) {}
-    Visit take(const Pair* pairs, std::size_t count) override {
-      for (const Pair* const end = pairs + count; pairs != end; ++pairs) {
-        if (pairs->b == kNoTriangle && marks.add(pairs->a)) found.push_back(*pairs);
+    Visit take(const PairRun& run) override {
+      for (const Pair* pair = run.pairs; pair != run.pairs + run.count; ++pair) {
+        if (pair->b == kNoTriangle && marks.add(pair->a)) found.push_back(*pair);
       }
       return Visit::kContinue;
     }
@@ -249,7 +265,7 @@ Visit SegmentIndex::search(const PosedMesh& mesh, double margin, PairSink& sink,
   if (question.first == nullptr && !inside.found.empty()) {
     addNearest(start(), mesh.start(), inside.found);
     const std::vector<Impact> at_start(inside.found.size(), Impact{0, 0, 0});
-    if (sink.takeImpacts(inside.found.data(), at_start.data(), at_start.size()) == Visit::kStop) {
+    if (sink.take({inside.found.data(), at_start.data(), at_start.size()}) == Visit::kStop) {
       return Visit::kStop;
     }
   }
@@ -299,31 +315,24 @@ Visit SegmentIndex::search(const PosedMesh& mesh, double /*margin*/, NearestSink
       now_.tree);
 }
 
-void SegmentIndex::findNearest(const PosedMesh& mesh, double distance,
-                               std::vector<Pair>& pairs) const {
-  pairs.clear();
+Visit SegmentIndex::findNearest(const PosedMesh& mesh, double distance, PairSink& sink) const {
   const PosedTriangles& triangles = mesh.end();
   const SegmentRange segments = keptRange();
   const double most = distance * frame().scale;
-  std::visit(
+  return std::visit(
       [&](const auto& tree) {
         constexpr std::size_t kGrain = 256;
-        std::vector<std::vector<Pair>> found((tree.nodes().size() + kGrain - 1) / kGrain);
-        parallel::forRanges(
-            executor_.get(), found.size(), 1, [&](std::size_t begin, std::size_t end) {
-              for (std::size_t part = begin; part < end; ++part) {
-                const std::size_t last = std::min((part + 1) * kGrain, tree.nodes().size());
-                forMeetingLeaves(tree, mesh.categories(), part * kGrain, last, [&](SegmentId id) {
-                  const Segment s = segments[id];
-                  // The search finds what is nearer than this, so even at distance 0 it is not 0.
-                  const double limit = (s.thickness() + most) * (1 + 0x1p-40) + endPointError(s) +
-                                       triangles.error() + 0x1p-900;
-                  const TriangleId nearest = triangles.nearest(s, limit).triangle;
-                  if (nearest >= 0) found[part].push_back({id, nearest});
-                });
-              }
-            });
-        for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+        const auto findBelow = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
+          forMeetingLeaves(tree, mesh.categories(), begin, end, [&](SegmentId id) {
+            const Segment s = segments[id];
+            // The search finds what is nearer than this, so even at distance 0 it is not 0.
+            const double limit = (s.thickness() + most) * (1 + 0x1p-40) + endPointError(s) +
+                                 triangles.error() + 0x1p-900;
+            const TriangleId nearest = triangles.nearest(s, limit).triangle;
+            if (nearest >= 0) found.push_back({id, nearest});
+          });
+        };
+        return findInRanges(tree.nodes().size(), kGrain, sink, findBelow);
       },
       now_.tree);
 }

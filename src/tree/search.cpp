@@ -102,14 +102,14 @@ Visit runNearestKernel(const TreePair<Tree>& trees, double limit, NearestVisitor
 }  // namespace
 
 template <class Trees>
-Visit splitIntoTasks(const Trees& trees, TaskSink& out) {
-  // A task takes some microseconds. So batches fill, and there are enough tasks for any number of
-  // threads. This is the size of a full node three levels above the leaves.
-  constexpr std::int32_t kGrain = 512;
+Visit splitIntoTasks(const Trees& trees, const TraversalTask& task, std::int32_t grain,
+                     TaskSink& out) {
   return withAnyPairing<Called>(trees, [&](const auto& pairing) {
     using Pairing = std::decay_t<decltype(pairing)>;
-    SplitIntoTasks<typename Pairing::TreeA, typename Pairing::TreeB> query(kGrain, out);
-    return visitAll<Trees>(pairing, query);
+    using Query = SplitIntoTasks<typename Pairing::TreeA, typename Pairing::TreeB>;
+    Query query(grain, out);
+    if (task.node == TraversalTask::kAll) return visitAll<Trees>(pairing, query);
+    return PairTraversal<Pairing, Query>(pairing, query).run(task);
   });
 }
 
@@ -165,8 +165,9 @@ Visit visitOneByOne(const Trees& trees, std::int32_t a_slot, std::int32_t b_slot
   });
 }
 
-#define FCL_FIBERS_SEARCH(...)                                  \
-  template Visit splitIntoTasks(const __VA_ARGS__&, TaskSink&); \
+#define FCL_FIBERS_SEARCH(...)                                                          \
+  template Visit splitIntoTasks(const __VA_ARGS__&, const TraversalTask&, std::int32_t, \
+                                TaskSink&);                                             \
   template Visit visitOverlaps(const __VA_ARGS__&, const TraversalTask&, PairBuffer&);
 #define FCL_FIBERS_SEARCH_OF_ONE(TREE) \
   FCL_FIBERS_SEARCH(TREE)              \

@@ -69,10 +69,19 @@ class TaskSink {
 // Searches of one tree (`Trees` is Tree) or of two (`Trees` is a TreePair, whose first tree has the
 // frame of all lengths). All instruction sets find the same pairs in the same order.
 
-/// Hands out the tasks of a search for pairs whose volumes overlap; visitOverlaps() does one of
-/// them.
+/// The tasks that visitOverlaps() does have at most so many leaves on either side. So its batches
+/// fill. This is the size of a full node three levels above the leaves.
+constexpr std::int32_t kLeastGrain = 512;
+
+/// Splits a task of a search for pairs whose volumes overlap into tasks of at most `grain` leaves
+/// on either side, in the order of their pairs. Tasks that are split again, with a smaller grain,
+/// are those that one split would have made.
+/// @param grain  kLeastGrain or more
 template <class Trees>
-Visit splitIntoTasks(const Trees& trees, TaskSink& out);
+Visit splitIntoTasks(const Trees& trees, const TraversalTask& task, std::int32_t grain,
+                     TaskSink& out);
+/// Visits the pairs of a task, in an order that depends on the task.
+/// @pre the task is one of those with kLeastGrain
 template <class Trees>
 Visit visitOverlaps(const Trees& trees, const TraversalTask& task, PairBuffer& out);
 

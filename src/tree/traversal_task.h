@@ -35,10 +35,13 @@ FCL_FIBERS_ALWAYS_INLINE std::int32_t leafCount(const Tree& tree, Link link) {
 /// A part of the traversal of one tree or two: the pairs below a node, or between the children in
 /// two slots, whose volumes overlap.
 struct TraversalTask {
-  static constexpr std::int32_t kCross = -1;
+  static constexpr std::int32_t kCross = -1, kAll = -2;
 
-  std::int32_t node;            ///< the pairs below this node, or kCross
+  std::int32_t node;            ///< the pairs below this node, kCross, or kAll
   std::int32_t a_slot, b_slot;  ///< if node is kCross
 };
+
+/// All pairs of one tree or of two.
+constexpr TraversalTask kAllPairs = {TraversalTask::kAll, 0, 0};
 
 }  // namespace fcl_fibers::tree

@@ -40,9 +40,9 @@ double bytesPerSegment(const FiberTreeOptions& options, const FiberArrays<S>& ar
   FiberTree tree(options);
   tree.build(arrays);
   tree.update(arrays);
-  std::size_t pairs = 0;
-  tree.visit(Pairs{}, [&](SegmentPair) { ++pairs; });
-  EXPECT_GT(pairs, 0u);
+  std::vector<SegmentPair> pairs;
+  tree.find(Pairs{}, pairs);
+  EXPECT_GT(pairs.size(), 0u);
   return static_cast<double>(tree.memoryUsage()) / (kFibers * kSegments);
 }
 

@@ -49,6 +49,9 @@ class Record {
   void addAll(const std::vector<Found>& all) {
     for (const Found& found : all) (*this)(found);
   }
+  void add(const Record& other) {
+    rows_.insert(rows_.end(), other.rows_.begin(), other.rows_.end());
+  }
   template <typename... Numbers>
   void add(Numbers... numbers) {
     rows_.push_back({static_cast<double>(numbers)...});

@@ -4,10 +4,12 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdlib>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include "arrays/queries.h"
 #include "support/process_threads.h"
@@ -59,11 +61,12 @@ TEST_P(ArrayTreeThreads, DoNotShowInTheOrder) {
   // If this fails, logs of a program depend on how many threads it has.
   const auto first = Motion<double>::random(63, 200, 0.05),
              second = Motion<double>::random(64, 100, 0.05);
+  const tbb::global_control most(tbb::global_control::max_allowed_parallelism, 64);
   FiberTreeOptions options = GetParam();
   options.ignored_neighbors = 1;
   const std::vector<TreeQuery> queries = allQueries(options);
   std::vector<Record> expected(queries.size());
-  for (const int threads : {1, 2, 3}) {
+  for (const int threads : {1, 2, 3, 8, 64}) {
     options.threads = threads;
     const FiberTree tree = steppedTree(first, options), other = steppedTree(second, options);
     for (std::size_t i = 0; i < queries.size(); ++i) {
@@ -75,6 +78,105 @@ TEST_P(ArrayTreeThreads, DoNotShowInTheOrder) {
       }
       EXPECT_TRUE(record.is(expected[i])) << queries[i].name << ", threads: " << threads;
     }
+  }
+}
+
+/// Calls check(name, parallel, serial) for each question and partner that a step of capsules has:
+/// what all threads found at once, and what visit() finds.
+template <class Check>
+void forQuestions(const FiberTree& tree, const FiberTree& other, const Motion<double>& own_motion,
+                  const Motion<double>& other_motion, const Check& check) {
+  const auto ask = [&](const char* name, const auto& question, const auto& partner) {
+    Record serial;
+    tree.visit(question, partner, serial);
+    std::vector<Record> records(static_cast<std::size_t>(tree.workerCount()));
+    std::vector<std::atomic<int>> calls(records.size());
+    std::atomic<int> wrong{0};
+    EXPECT_FALSE(tree.visitInParallel(question, partner, [&](const auto& found, int worker) {
+      const auto number = static_cast<std::size_t>(worker);
+      if (number >= records.size() || ++calls[number] != 1) return void(++wrong);
+      records[number](found);
+      --calls[number];
+    }));
+    EXPECT_EQ(wrong, 0) << name << ": two threads at once are one worker";
+    Record parallel;
+    for (const Record& record : records) parallel.add(record);
+    check(name, parallel.sorted(), serial.sorted());
+  };
+  const FiberArrays<double> own_points = own_motion.end.view(), points = other_motion.end.view();
+  const TriangleMesh mesh(ball<double>(0.3, 16, 24).view(), TriangleMesh::Kind::kSolid);
+  const MeshStep step{mesh, mesh};
+  const BoxShape box{{-0.2, 0, 0}, {0.2, 0.1, 0.1}};
+  ask("Pairs", Pairs{Order::kFibers}, tree);
+  ask("Pairs of two", Pairs{}, other);
+  ask("Pairs of a mesh", Pairs{}, mesh);
+  ask("Pairs of a box", Pairs{}, box);
+  ask("TouchingSegments", TouchingSegments{}, mesh);
+  ask("Nearest", Nearest{0.1}, tree);
+  ask("Nearest of two", Nearest{0.1}, other);
+  ask("Nearest of a mesh", Nearest{0.1}, mesh);
+  ask("Impacts", Impacts{}, tree);
+  ask("Impacts of two", Impacts{}, other);
+  ask("Impacts of a mesh", Impacts{}, step);
+  ask("MovingPairs", MovingPairs{}, tree);
+  ask("Contacts", Contacts<double>{own_points}, tree);
+  ask("Contacts of two", Contacts<double>{own_points, &points}, other);
+  ask("Contacts of a mesh", Contacts<double>{own_points}, mesh);
+  ask("Contacts of a box", Contacts<double>{own_points}, box);
+}
+
+TEST(VisitInParallel, FindsWhatVisitFinds) {
+  // If this fails, a solver that adds up on all threads misses contacts or adds some twice.
+  const tbb::global_control most(tbb::global_control::max_allowed_parallelism, 64);
+  const auto first = Motion<double>::random(71, 300, 0.05),
+             second = Motion<double>::random(72, 100, 0.05);
+  for (const int threads : {1, 2, 3, 8, 64}) {
+    FiberTreeOptions options = capsules();
+    options.threads = threads;
+    options.ignored_neighbors = 1;
+    const FiberTree tree = steppedTree(first, options), other = steppedTree(second, options);
+    EXPECT_EQ(tree.workerCount(), threads);
+    forQuestions(tree, other, first, second,
+                 [](const char* name, const Record& parallel, const Record& serial) {
+                   EXPECT_GT(serial.size(), 20u) << name;
+                   EXPECT_TRUE(parallel.is(serial)) << name;
+                 });
+  }
+}
+
+TEST(VisitInParallel, EndsThrowsAndMayQuery) {
+  // If this fails, a visitor that has enough, fails or queries leaves threads behind or waits for
+  // ever.
+  const auto motion = Motion<double>::random(73, 300, 0.05);
+  for (const int threads : {1, 2, 8}) {
+    FiberTreeOptions options = capsules();
+    options.threads = threads;
+    FiberTree tree = steppedTree(motion, options);
+    std::vector<SegmentPair> all;
+    tree.find(Pairs{}, all);
+    ASSERT_GT(all.size(), 1000u);
+    std::atomic<std::size_t> calls{0};
+    const auto enough = [&](SegmentPair, int) { return ++calls >= 5; };
+    EXPECT_TRUE(tree.visitInParallel(Pairs{}, enough));
+    EXPECT_GE(calls, 5u);
+    EXPECT_LT(calls, all.size());
+
+    const auto fail = [](SegmentPair, int) { throw std::runtime_error("enough"); };
+    EXPECT_THROW(tree.visitInParallel(Pairs{}, fail), std::runtime_error);
+
+    calls = 0;
+    std::atomic<int> wrong{0};
+    tree.visitInParallel(Pairs{}, [&](SegmentPair, int) {
+      if (calls++ % 200 != 0) return;
+      std::vector<SegmentPair> inner;
+      tree.find(Pairs{}, inner);
+      std::atomic<std::size_t> count{0};
+      tree.visitInParallel(Pairs{}, [&](SegmentPair, int) { ++count; });
+      if (inner.size() != all.size() || count != all.size()) ++wrong;
+    });
+    EXPECT_EQ(calls, all.size());
+    EXPECT_EQ(wrong, 0);
+    EXPECT_NO_THROW(tree.update(motion.end.view())) << "no query runs any more";
   }
 }
 

@@ -76,9 +76,9 @@ double way(const MovingSegment& s) {
 
 /// Gets pairs, each once.
 struct Collect final : index::PairSink {
-  Visit take(const tree::Pair* pairs, std::size_t count) override {
-    for (std::size_t i = 0; i < count; ++i) {
-      const bool is_new = found.insert(std::minmax(pairs[i].a, pairs[i].b)).second;
+  Visit take(const index::PairRun& run) override {
+    for (std::size_t i = 0; i < run.count; ++i) {
+      const bool is_new = found.insert(std::minmax(run.pairs[i].a, run.pairs[i].b)).second;
       if (!is_new) repeated = true;
       if (found.size() == stop_at) return Visit::kStop;
     }

@@ -32,8 +32,8 @@ struct Counts {
 
 class CountPairs : public PairSink {
  public:
-  Visit take(const Pair*, std::size_t count) override {
-    count_ += count;
+  Visit take(const PairRun& run) override {
+    count_ += run.count;
     return Visit::kContinue;
   }
   std::size_t count() const { return count_; }

@@ -153,8 +153,10 @@ Segment slab() { return Segment::box({-kInfinity, -kInfinity, -0.1}, {kInfinity,
 
 class CollectAll final : public PairSink {
  public:
-  Visit take(const Pair* pairs, std::size_t count) override {
-    for (std::size_t i = 0; i < count; ++i) found.emplace_back(pairs[i].a, pairs[i].b);
+  Visit take(const PairRun& run) override {
+    for (std::size_t i = 0; i < run.count; ++i) {
+      found.emplace_back(run.pairs[i].a, run.pairs[i].b);
+    }
     return Visit::kContinue;
   }
   PairList found;
@@ -241,9 +243,9 @@ TEST_P(SegmentIndexTest, PairsMayBeAskedForWhilePairsAreHandedOn) {
   class Nested final : public PairSink {
    public:
     explicit Nested(const SegmentIndex& index) : index_(index) {}
-    Visit take(const Pair* pairs, std::size_t count) override {
+    Visit take(const PairRun& run) override {
       if (runs_++ % 50 == 0) inner.push_back(pairsOf(index_));
-      return outer.take(pairs, count);
+      return outer.take(run);
     }
     CollectAll outer;
     std::vector<PairList> inner;

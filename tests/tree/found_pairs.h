@@ -46,7 +46,7 @@ PairList pairsFound(const Trees& trees) {
    private:
     const Trees& trees_;
   } serial(trees);
-  EXPECT_EQ(splitIntoTasks(trees, serial), Visit::kContinue);
+  EXPECT_EQ(splitIntoTasks(trees, kAllPairs, kLeastGrain, serial), Visit::kContinue);
   serial.out.full();
   return serial.out.found;
 }
