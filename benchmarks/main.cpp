@@ -8,6 +8,7 @@
 //   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
 //   fcl_fibers_bench --measure=card [SCENE] [--scalar=double|float]
 //   fcl_fibers_bench --measure=arrays|growth [SCENE]
+//   fcl_fibers_bench --measure=threads [SCENE] [--threads=1,2,...] [--runs=N]
 //   fcl_fibers_bench --measure=obstacles --scene=cap|combed [--triangles=N]
 //   fcl_fibers_bench --measure=cables [--cables=N] [--triangles=N]
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
@@ -63,6 +64,11 @@
 //   FibersOf/<shape>      the scene as fibers of such shapes, kCapsules, neighbours left out
 //   OneByOne/<what>/...   objects that come, move and go by calls of their own
 //   Arrays/<tree>         FiberTree, and a plain loop that reads the points and writes boxes
+//   Threads/<what>/<n>    the stages of arrays, of a manager, or a plain loop over the points on n
+//                         threads, of which the library takes no more than the machine has.
+//                         Capsules are without neighbours in a fiber, and volumes with them. Each
+//                         run makes its own tree and has to find as much as the first one, and
+//                         runs of all numbers of threads are in random order
 //   Growth/<segments>     the tree over plain arrays at some sizes of one density, or of the one
 //                         scene that is named, per segment
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
@@ -158,6 +164,10 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
   app.add_option("--cables", request.cables)->check(CLI::Range(1, 1000000));
   app.add_option("--fibers", request.fibers, "Of the cap in motion")->check(CLI::Range(1, 330809));
   app.add_option("--radii", request.radii, "Its mean motion");
+  app.add_option("--threads", request.threads, "Numbers of threads that are compared")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1024));
+  app.add_option("--runs", request.runs, "Of each number of threads")->check(CLI::Range(1, 1000));
   app.add_option("--out_dir", request.out_dir, "Where pictures are written");
 }
 

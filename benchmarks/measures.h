@@ -28,9 +28,11 @@ struct Request {
   int edge = 16;
   int triangles = 102400;  ///< of the head, and of an arm
   int cables = 150;
-  int fibers = 50000;   ///< of the cap in motion
-  double radii = 50;    ///< of its mean motion
-  std::string out_dir;  ///< of files that are not Google Benchmark's
+  int fibers = 50000;        ///< of the cap in motion
+  double radii = 50;         ///< of its mean motion
+  std::vector<int> threads;  ///< 1, 2, 4, ... and all that the machine has, if there are none
+  int runs = 5;              ///< of each number of threads
+  std::string out_dir;       ///< of files that are not Google Benchmark's
 };
 
 /// Registers its runs, runs them through Google Benchmark, which has to be initialised, and returns

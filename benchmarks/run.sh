@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
 # benchmarks/run.sh [--full [--targets] | --trade | --paper [--full] | --python [--targets] |
-#                    --card [--again]] [--only NAME] [--hair FILE [--radius R]]
+#                    --card [--again] | --threads] [--only NAME] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arrays,
@@ -16,6 +16,7 @@
 #   --card     FCL's managers as they are and ours on the paper's scenes, in double and in float. 49 minutes.
 #              It goes on where it was ended: each scene in each scalar that was measured of this code is kept, unless
 #              --again is given
+#   --threads  docs/threads.md: what 2, 4, ... and all cores of the machine gain. 3 minutes
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
 #              or dials of --trade, 4 minutes. It keeps the other results of the set
 #   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
@@ -32,8 +33,8 @@ set=headline full=0 only='' again=0 hair=() targets=()
 while (($# > 0)); do
   case $1 in
     --full) full=1 ;;
-    --trade | --paper | --python | --card)
-      [[ $set == headline ]] || refuse "give only one of --trade, --paper, --python and --card"
+    --trade | --paper | --python | --card | --threads)
+      [[ $set == headline ]] || refuse "give only one of --trade, --paper, --python, --card and --threads"
       set=${1#--}
       ;;
     --again) again=1 ;;
@@ -48,17 +49,17 @@ while (($# > 0)); do
       hair+=("$1=${2?$1 needs a value}")
       shift
       ;;
-    --help) sed -n '4,27s/^# \{0,1\}//p' "$0" && exit ;;
+    --help) sed -n '4,28s/^# \{0,1\}//p' "$0" && exit ;;
     *) refuse "there is no option $1" ;;
   esac
   shift
 done
 [[ ${#hair[@]} == 0 || ${hair[*]} == *--hair=* ]] || refuse "--radius needs --hair FILE"
 case "$full $set ${hair[*]}" in
-  '1 trade '* | '1 python '* | '1 card '* | '1 paper '?*)
-    refuse "--full does not go with --trade, --python or --card, nor with --paper --hair"
+  '1 trade '* | '1 python '* | '1 card '* | '1 threads '* | '1 paper '?*)
+    refuse "--full does not go with --trade, --python, --card or --threads, nor with --paper --hair"
     ;;
-  '0 python '?* | '0 card '?*) refuse "--hair does not go with --$set" ;;
+  '0 python '?* | '0 card '?* | '0 threads '?*) refuse "--hair does not go with --$set" ;;
   '1 headline '*) set=full ;;
 esac
 [[ ${#targets[@]} == 0 || "$set ${hair[*]}" =~ ^(full|python)' '$ ]] ||
@@ -191,6 +192,11 @@ case $scenes in
       card half-scalp paper-half-scalp
       for n in 1000 2000; do card "strand-$n" "paper-strand:fibers=$n"; done
     done
+    ;;
+  threads)
+    measure threads_helix threads $helix=100 --runs=25
+    measure threads_helix-2000 threads $helix=2000
+    measure threads_cap threads --scene=cap:fibers=50000 --runs=3
     ;;
   hair) frames frames_hair "${hair[@]}" ;;
   python)

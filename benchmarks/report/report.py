@@ -29,6 +29,7 @@ import pictures
 import python_steps
 import shapes
 import targets
+import threads
 import trade
 from results import circumstances, load
 from tables import MARK, Table, count, digits, documents, time
@@ -56,6 +57,7 @@ DOCUMENTED = {
     ),
     "python": ("python-steps", "python-costs"),
     "card": ("card", "card-scene"),
+    "threads": ("threads",),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
 DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
@@ -277,6 +279,13 @@ def card_of_managers(folder):
     return report
 
 
+def gains_of_threads(folder):
+    wanted = files_of("threads", threads.SCENES)
+    report = Report("threads", "What threads gain", folder, wanted)
+    report.blocks += threads.tables(report.parts)
+    return report
+
+
 def write_page(report, path):
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
     pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
@@ -325,6 +334,7 @@ def main(arguments):
         report = python(options.folder, options.targets)
     else:
         sets = {"trade": trade_offs, "paper": paper_again, "card": card_of_managers}
+        sets["threads"] = gains_of_threads
         report = sets[options.set](options.folder)
     shown = report.documented()
     if options.targets:

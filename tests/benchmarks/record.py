@@ -81,6 +81,7 @@ RECORDED = {
     "python/steps_helix-1000": ["steps", "--scene=helix:fibers=100,segments=20"],
     "python/overhead_helix-1000": ["overhead", "--scene=helix:fibers=10,segments=100"],
     "python/import": ["import"],
+    "threads/threads_helix": ["threads", HELIX, "--threads=1,2,4"],
 }
 RUNS = 5  # of each name: a ratio asks for so many
 CONTEXT = ("machine", "compiler", "build_type", "commit", "code", "left_out")

@@ -23,6 +23,7 @@ sys.path.insert(0, str(BENCHMARKS / "report"))
 import paper_claims  # noqa: E402
 import paper_table  # noqa: E402
 import report  # noqa: E402
+import threads  # noqa: E402
 
 
 class ReportTest(unittest.TestCase):
@@ -713,6 +714,30 @@ class ReportTest(unittest.TestCase):
         self.set_card("double", climb={name: {"label": "wrong: 3 missed"}})
         self.assert_fails(f"{name}: wrong: 3 missed", "card")
 
+    def test_threads_gain_what_medians_say(self):
+        """If this failed, a number of threads would gain other than it was measured."""
+        self.take("threads")
+        seconds = {1: [0.4, 0.2, 9.0, 0.3, 0.4], 2: [0.2, 0.1, 0.3, 9.0, 0.2], 4: 0.5}
+        values = {f"Threads/arrays/{n}/": {"build": all_} for n, all_ in seconds.items()}
+        self.put("threads_helix", values)
+        table = self.made("threads")
+        found = self.row(table, "build")
+        self.assertEqual(found, ["400 ms", "200 ms", "500 ms", "2.0x", "0.80x"])
+        self.assertEqual(self.row(table, "helix, 200 segments")[0], "1 thread")
+        self.assertEqual(len(self.row(table, "plain loop over the points")), 5)
+        self.assertIn("Not measured: threads of helix-2000; threads of cap.", table)
+
+    def test_threads_that_find_other_pairs_end_the_report(self):
+        """If this failed, a tree would seem fast because it misses pairs on many threads."""
+
+        def wrong(run):
+            if run["run_name"].startswith("Threads/arrays/4/"):
+                run.update(error_occurred=True, error_message="query_volumes: 7 instead of 8")
+
+        self.take("threads")
+        self.edit("threads_helix", wrong)
+        self.assert_fails("7 instead of 8", "threads")
+
     def test_paper(self):
         """If this failed, the paper's experiments would have no page."""
         text, page = self.page("paper")
@@ -821,6 +846,12 @@ class ReportTest(unittest.TestCase):
         wanted |= {f"styles_{name}" for name in paper_table.STYLES}
         wanted |= {f"volumes_{name}" for name in paper_claims.VOLUME_SCENES}
         self.assertEqual(measured, wanted)
+
+    def test_threads_wants_what_run_sh_measures(self):
+        """If this failed, a scene of --threads would be refused, or called not measured."""
+        script = (BENCHMARKS / "run.sh").read_text(encoding="utf-8")
+        measured = re.findall(r"measure threads_(\S+) threads ", script)
+        self.assertEqual(tuple(measured), threads.SCENES)
 
     def test_paper_compares_other_volumes_with_boxes(self):
         """If this failed, a volume would be better or worse than it was measured."""
@@ -952,15 +983,17 @@ class FlagsTest(unittest.TestCase):
         (root / "benchmarks").mkdir()
         run_sh = shutil.copy(BENCHMARKS / "run.sh", root / "benchmarks")
         for flags, message in (
-            ("--trade --full", "--full does not go with --trade, --python or --card, .*"),
-            ("--full --trade", "--full does not go with --trade, --python or --card, .*"),
-            ("--full --card", "--full does not go with --trade, --python or --card, .*"),
+            ("--trade --full", "--full does not go with --trade, --python, --card or .*"),
+            ("--full --trade", "--full does not go with --trade, --python, --card or .*"),
+            ("--full --card", "--full does not go with --trade, --python, --card or .*"),
             ("--card --hair=/dev/null", "--hair does not go with --card"),
             ("--card --targets", "only with --full or --python alone"),
+            ("--threads --full", "--full does not go with .* or --threads, .*"),
+            ("--threads --hair=/dev/null", "--hair does not go with --threads"),
             ("--paper --again", "--again goes only with --card"),
             ("--paper --full --hair=/dev/null", "nor with --paper --hair"),
-            ("--trade --paper", "give only one of --trade, --paper, --python and --card"),
-            ("--full --python", "--full does not go with --trade, --python or --card, .*"),
+            ("--trade --paper", "give only one of --trade, --paper, --python, --card .*"),
+            ("--full --python", "--full does not go with --trade, --python, --card or .*"),
             ("--python --hair=/dev/null", "--hair does not go with --python"),
             ("--targets", "only with --full or --python alone"),
             ("--trade --targets", "only with --full or --python alone"),
@@ -977,7 +1010,7 @@ class FlagsTest(unittest.TestCase):
         for flags in (
             *("--full --paper", "--paper --full", "--full --targets", "--targets --full"),
             *("--python", "--python --targets", "--python --only steps"),
-            *("--card", "--card --again", "--card --only card_static"),
+            *("--card", "--card --again", "--card --only card_static", "--threads"),
         ):
             with self.subTest(flags):
                 done = subprocess.run([run_sh, *flags.split()], capture_output=True, text=True)

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The tables of what threads gain."""
+
+from tables import Table, chosen, digits, time
+
+SCENES = ("helix", "helix-2000", "cap")
+READ = (
+    "Times are medians. A gain is the time of one thread divided by that of so many threads. The "
+    "plain loop sums the squares of all coordinates, so its gain is the machine's own. Capsules "
+    "are without neighbours in a fiber, and volumes with them. A frame is an update and a query "
+    "of capsules."
+)
+# By the kind of run and its counter.
+STAGES = {
+    ("loop", "pass"): "plain loop over the points",
+    ("arrays", "build"): "build",
+    ("arrays", "update"): "update, capsules",
+    ("arrays", "query_volumes"): "visit(Pairs), volumes",
+    ("arrays", "query_capsules"): "visit(Pairs), capsules",
+    ("arrays", "find_pairs"): "find(Pairs), volumes, a vector that is kept",
+    ("arrays", "find_new_pairs"): "find(Pairs), volumes, a new vector",
+    ("arrays", "find_contacts"): "find(Contacts), BareContact",
+    ("arrays", "frame"): "frame, capsules",
+    ("manager", "set_up_volumes"): "manager, volumes: set-up",
+    ("manager", "update_volumes"): "manager, volumes: update",
+    ("manager", "collide_volumes"): "manager, volumes: collide",
+    ("manager", "set_up_capsules"): "manager, capsules: set-up",
+    ("manager", "update_capsules"): "manager, capsules: update",
+    ("manager", "collide_capsules"): "manager, capsules: collide",
+}
+
+
+def tables(parts):
+    return [table(*named) for named in chosen(parts, "threads_{}", SCENES).items()]
+
+
+def table(scene, part):
+    # Kinds that were left out, by --benchmark_filter, have no rows.
+    stages = {stage: what for stage, what in STAGES.items() if part.has("Threads", f"{stage[0]}/1")}
+    kind = next(iter(stages))[0]
+    names = [name.split("/") for name in part.names("Threads")]
+    counts = sorted(int(count) for of, count in names if of == kind)
+    segments = part.median("Threads", f"{kind}/1", "segments")
+    header = [f"{scene.split('-')[0]}, {segments:,.0f} segments"]
+    header += [f"{count} threads" if count > 1 else "1 thread" for count in counts]
+    header += [f"gain of {count}" for count in counts if count > 1]
+    rows = []
+    for (of, key), what in stages.items():
+        times = {count: part.median("Threads", f"{of}/{count}", key) for count in counts}
+        gains = [digits(times[1] / times[count], 2) + "x" for count in counts if count > 1]
+        rows.append([what, *map(time, times.values()), *gains])
+    return Table(f"threads {scene}", f"Threads, {scene}", header, rows, READ)
