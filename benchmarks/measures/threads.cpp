@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -18,10 +16,9 @@
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 
 #include "harness/runs.h"
-#include "index/tree_search.h"
 #include "measures.h"
 #include "measures/paper/tree_scene.h"
-#include "tests/support/volume_tests.h"
+#include "tests/support/job_counts.h"
 #include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
@@ -114,72 +111,19 @@ void runArrays(Scene& scene, int threads, Stages& stages) {
   });
 }
 
-/// Runs tasks after the foreground, so that what several threads would share is counted alone.
-class OneThread final : public parallel::Executor {
- public:
-  int threads() const override { return 2; }
-  void parallelForWithForeground(parallel::FunctionRef<> foreground, int count,
-                                 parallel::FunctionRef<int> task) override {
-    ++calls_;
-    foreground();
-    for (int i = 0; i < count; ++i) task(i);
-  }
-  std::size_t calls() const { return calls_; }
-
- private:
-  std::size_t calls_ = 0;
-};
-
-/// Counts the tests of boxes of each job.
-template <class Tree>
-class CountedSearch final : public index::PairSearch {
- public:
-  explicit CountedSearch(const Tree& tree) : tree_(tree), search_(tree) {}
-
-  std::int32_t leafCount() const override { return search_.leafCount(); }
-  tree::Visit split(const tree::TraversalTask& task, std::int32_t grain,
-                    tree::TaskSink& out) const override {
-    return search_.split(task, grain, out);
-  }
-  tree::Visit run(const tree::TraversalTask& task, tree::PairBuffer& out) const override {
-    ++tasks_;
-    test::VolumeTests count;
-    test::visitTask(tree_, task, count);
-    tests_ += static_cast<double>(count.tests);
-    return search_.run(task, out);
-  }
-  void endJob() const override { jobs_.push_back(std::exchange(tests_, 0)); }
-
-  double tasks() const { return tasks_; }
-  std::vector<double> takeJobs() { return std::move(jobs_); }
-
- private:
-  const Tree& tree_;
-  const index::TreeSearch<Tree> search_;
-  mutable double tasks_ = 0, tests_ = 0;
-  mutable std::vector<double> jobs_;
-};
-
 /// What the threads of a query share: the same on every machine. No public call tells it.
-void countJobs(Scene& scene, int /*threads*/, Stages& stages) {
-  using Tree = tree::LayeredBoxTree<8>;
+void runJobs(Scene& scene, int /*threads*/, Stages& stages) {
   const TreeScene world(scene.fibers);
-  Tree tree(bundle(world.fibers, world.middles()));
+  tree::LayeredBoxTree<8> tree(bundle(world.fibers, world.middles()));
   tree.refit(world.segments, 0);
-  CountedSearch<Tree> search(tree);
-  OneThread executor;
-  index::BlockPool pool;
-  index::NoSink sink;
-  findPairs(search, nullptr, &executor, pool, sink);
-  std::vector<double> jobs = search.takeJobs();
-  std::sort(jobs.begin(), jobs.end());
-  stages.set("tasks", search.tasks());
-  stages.set("jobs", static_cast<double>(jobs.size()));
-  stages.set("least_tests", jobs.front());
-  stages.set("median_tests", jobs[jobs.size() / 2]);
-  stages.set("most_tests", jobs.back());
-  stages.set("tests", std::accumulate(jobs.begin(), jobs.end(), 0.0));
-  stages.set("barriers", static_cast<double>(executor.calls()));
+  const test::JobCounts counts = test::countJobs(tree);
+  stages.set("tasks", static_cast<double>(counts.tasks));
+  stages.set("jobs", static_cast<double>(counts.jobs));
+  stages.set("least_tests", counts.least);
+  stages.set("median_tests", counts.median);
+  stages.set("most_tests", counts.most);
+  stages.set("tests", counts.tests);
+  stages.set("barriers", static_cast<double>(counts.barriers));
 }
 
 void runManager(Scene& scene, int threads, Stages& stages) {
@@ -248,10 +192,10 @@ bool measureThreads(const Request& request) {
   const auto scene = std::make_shared<Scene>(request.scene);
   using Run = void (*)(Scene&, int, Stages&);
   for (const auto& [name, run] : {std::pair<const char*, Run>{"loop", runLoop},
-                                  {"jobs", countJobs},
+                                  {"jobs", runJobs},
                                   {"arrays", runArrays},
                                   {"manager", runManager}}) {
-    const bool counts = run == countJobs;
+    const bool counts = run == runJobs;
     for (const int threads : counts                    ? std::vector<int>{1}
                              : request.threads.empty() ? threadsOfMachine()
                                                        : request.threads) {

@@ -30,8 +30,32 @@ STAGES = {
 }
 
 
+JOBS_READ = (
+    "Work is in tests of one volume against another. A job is what a thread takes at a time, and a "
+    "barrier is where all threads wait for the last."
+)
+
+
 def tables(parts):
-    return [table(*named) for named in chosen(parts, "threads_{}", SCENES).items()]
+    scenes = chosen(parts, "threads_{}", SCENES)
+    all_tables = [table(*named) for named in scenes.items()]
+    counted = {scene: part for scene, part in scenes.items() if part.has("Threads", "jobs/1")}
+    return all_tables + ([jobs(counted)] if counted else [])
+
+
+def jobs(scenes):
+    header = ["query of volumes", "tasks", "jobs", "work of a job: least", "median", "largest"]
+    header += ["largest, share of all", "barriers"]
+    rows = []
+    for scene, part in scenes.items():
+        count = {
+            key: part.median("Threads", "jobs/1", key)
+            for key in ("tasks", "jobs", "least_tests", "median_tests", "most_tests", "barriers")
+        }
+        share = part.median("Threads", "jobs/1", "tests") / count["most_tests"]
+        *numbers, barriers = (f"{number:,.0f}" for number in count.values())
+        rows.append([scene, *numbers, f"1/{share:.0f}", barriers])
+    return Table("threads jobs", "Threads, what they share", header, rows, JOBS_READ)
 
 
 def table(scene, part):

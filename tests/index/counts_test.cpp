@@ -13,6 +13,7 @@
 #include "scenes/cap.h"
 #include "scenes/helix.h"
 #include "scenes/paper_scenes.h"
+#include "support/job_counts.h"
 #include "support/volume_tests.h"
 
 namespace fcl_fibers::index {
@@ -67,6 +68,19 @@ class SceneSource final : public SegmentSource {
   const FiberPolylines& fibers_;
 };
 
+void build(SegmentIndex& index, const FiberPolylines& scene,
+           const std::vector<Group>& groups = {}) {
+  tree::Fibers fibers;
+  fibers.groups = groups;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
+      fibers.ids.push_back(static_cast<SegmentId>(i));
+    }
+    fibers.endFiber();
+  }
+  index.build(SceneSource(scene), Frame{}, 0, static_cast<SegmentId>(scene.points.size()), fibers);
+}
+
 /// Builds at the first frame, refits to the second one and searches that.
 Counts countsOf(const FiberPolylines& first, const FiberPolylines& second, bool wrapped_spheres,
                 const std::vector<Group>& groups = {}) {
@@ -74,15 +88,7 @@ Counts countsOf(const FiberPolylines& first, const FiberPolylines& second, bool 
   options.wrapped_spheres = wrapped_spheres;
   options.capsules = true;
   SegmentIndex index(options);
-  tree::Fibers fibers;
-  fibers.groups = groups;
-  for (std::size_t f = 0; f < first.fiberCount(); ++f) {
-    for (std::size_t i = first.point_begin[f]; i + 1 < first.point_begin[f + 1]; ++i) {
-      fibers.ids.push_back(static_cast<SegmentId>(i));
-    }
-    fibers.endFiber();
-  }
-  index.build(SceneSource(first), Frame{}, 0, static_cast<SegmentId>(first.points.size()), fibers);
+  build(index, first, groups);
   EXPECT_TRUE(index.refit(SceneSource(second), Frame{}));
 
   CountPairs touching;
@@ -154,6 +160,23 @@ TEST(Counts, AreWhatTheyWere) {
       expectPinned(counts.touching, pinned.touching, "touching pairs, neighbours among them");
       expectPinned(counts.cages_recomputed, pinned.cages_recomputed, "cages recomputed");
     }
+  }
+}
+
+TEST(Counts, JobsAreWorthTheirLocksAndManyEnough) {
+  // If this fails, threads wait for each other at every turn, or for one that has most of the work.
+  scenes::CapParameters cap;
+  cap.fibers = 5000;
+  for (const FiberPolylines& scene : {makeHelix(scenes::HelixParameters{}), makeCap(cap)}) {
+    SegmentIndex index(IndexOptions{});
+    build(index, scene);
+    const auto& tree = std::get<tree::LayeredBoxTree<8>>(index.tree());
+    const test::JobCounts counts = test::countJobs(tree);
+    EXPECT_GE(counts.median, 10000);
+    EXPECT_GT(counts.jobs, 256u);
+    EXPECT_LE(counts.most, counts.tests / 100) << "one pair of nodes takes half as much";
+    EXPECT_EQ(counts.tests, static_cast<double>(test::countVolumeTests(tree).tests));
+    EXPECT_EQ(counts.barriers, 1u);
   }
 }
 

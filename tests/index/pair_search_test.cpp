@@ -225,7 +225,7 @@ TYPED_TEST(PairSearchTest, OrderDoesNotDependOnThreads) {
 }
 
 // A vector of all pairs would have some twice, or some in other places than a visitor sees them.
-TYPED_TEST(PairSearchTest, PairsArePlacedInTheirOrder) {
+TYPED_TEST(PairSearchTest, ThreadsPlacePairsInTheirOrder) {
   const SomeExecutors executors;
   for (const FiberScene& scene : {many(), identical(4, 150), unequal()}) {
     SCOPED_TRACE(scene.name);
