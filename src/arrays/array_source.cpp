@@ -2,7 +2,9 @@
 #include "arrays/array_source.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <limits>
 
 #include "arrays/coordinates.h"
 #include "arrays/fiber_arrays.h"
@@ -74,28 +76,81 @@ void ArraySource<S>::refuse(SegmentId id, const Frame&) const {
 
 namespace {
 
+/// The number of points or fibers that a task reads. It takes some hundredths of a millisecond.
+constexpr std::size_t kRange = 8192;
+
+/// Calls visit(fiber, begin, end) for the fibers of the points [begin, end) and those of their
+/// points that are in the range.
+template <typename S, class Visit>
+void forFibers(const FiberArrays<S>& fibers, std::size_t begin, std::size_t end, Visit&& visit) {
+  if (begin == end || fibers.fiber_count == 0) return;
+  std::size_t f =
+      begin < fibers.point_begin[0] ? 0 : fiberOf(fibers.point_begin, fibers.fiber_count, begin);
+  for (; f < fibers.fiber_count && fibers.point_begin[f] < end; ++f) {
+    visit(f, std::max(begin, fibers.point_begin[f]), std::min(end, pointEnd(fibers, f)));
+  }
+}
+
+/// The larger of two numbers. NaN is larger than all.
+double larger(double p, double q) { return p >= q || std::isnan(p) ? p : q; }
+
+/// Returns the largest of the numbers that largestIn(begin, end) returns for ranges of [0, count).
+/// It is not finite if one of them is not.
+template <class LargestIn>
+double largestOf(parallel::Executor* executor, std::size_t count, LargestIn&& largestIn) {
+  std::atomic<double> largest{0};
+  parallel::forRanges(executor, count, kRange, [&](std::size_t begin, std::size_t end) {
+    const double in_range = largestIn(begin, end);
+    double before = largest.load(std::memory_order_relaxed);
+    while (!largest.compare_exchange_weak(before, larger(before, in_range),
+                                          std::memory_order_relaxed)) {
+    }
+  });
+  return largest;
+}
+
 template <typename S>
-double largestRadius(const char* call, const FiberArrays<S>& fibers) {
-  using Radii = typename FiberArrays<S>::Radii;
-  double largest = 0;
-  const auto take = [&](std::size_t begin, std::size_t end) {
+void requireRadius(const char* call, const FiberArrays<S>& fibers, std::size_t i) {
+  const double radius = static_cast<double>(fibers.radii[i]);
+  if (radius >= 0 && std::isfinite(radius)) return;
+  const bool is_one = fibers.radii_are == FiberArrays<S>::Radii::kOne;
+  throwInvalidArgument(call,
+                       (is_one ? std::string("the radius") : "radius " + std::to_string(i)) +
+                           " is negative, NaN or infinite; give a finite radius of 0 or more");
+}
+
+template <typename S>
+double largestRadius(const char* call, const FiberArrays<S>& fibers, parallel::Executor* executor) {
+  const auto largestIn = [&](std::size_t begin, std::size_t end) {
+    double largest = 0;
+    bool are_proper = true;
     for (std::size_t i = begin; i < end; ++i) {
       const double radius = static_cast<double>(fibers.radii[i]);
-      if (!(radius >= 0 && std::isfinite(radius))) {
-        const bool is_one = fibers.radii_are == Radii::kOne;
-        throwInvalidArgument(
-            call, (is_one ? std::string("the radius") : "radius " + std::to_string(i)) +
-                      " is negative, NaN or infinite; give a finite radius of 0 or more");
-      }
+      are_proper &= radius >= 0;
       largest = std::max(largest, radius);
     }
+    return are_proper ? largest : std::numeric_limits<double>::quiet_NaN();
   };
-  if (fibers.radii_are != Radii::kPerFirstPoint) {
-    take(0, radiusCount(fibers));
-    return largest;
-  }
-  for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
-    if (const std::size_t end = pointEnd(fibers, f); end > 0) take(fibers.point_begin[f], end - 1);
+  const bool are_by_point = fibers.radii_are == FiberArrays<S>::Radii::kPerFirstPoint;
+  const std::size_t count = radiusCount(fibers);
+  const double largest = largestOf(executor, count, [&](std::size_t begin, std::size_t end) {
+    if (!are_by_point) return largestIn(begin, end);
+    double most = 0;
+    forFibers(fibers, begin, end, [&](std::size_t f, std::size_t first, std::size_t last) {
+      if (last == pointEnd(fibers, f) && last > 0) --last;
+      most = larger(most, largestIn(first, last));
+    });
+    return most;
+  });
+  if (std::isfinite(largest)) return largest;
+  if (are_by_point) {
+    for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
+      for (std::size_t i = fibers.point_begin[f]; i + 1 < pointEnd(fibers, f); ++i) {
+        requireRadius(call, fibers, i);
+      }
+    }
+  } else {
+    for (std::size_t i = 0; i < count; ++i) requireRadius(call, fibers, i);
   }
   return largest;
 }
@@ -103,7 +158,7 @@ double largestRadius(const char* call, const FiberArrays<S>& fibers) {
 }  // namespace
 
 template <typename S>
-double checkArrays(const char* call, const FiberArrays<S>& fibers) {
+double checkArrays(const char* call, const FiberArrays<S>& fibers, parallel::Executor* executor) {
   checkEnds(fibers, [call](const std::string& what) { throwInvalidArgument(call, what); });
   const std::size_t* begin = fibers.point_begin;
   for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
@@ -121,14 +176,22 @@ double checkArrays(const char* call, const FiberArrays<S>& fibers) {
                                      std::to_string(begin[f + 1]) + ", where the next one does");
     }
   }
-  double largest = largestRadius(call, fibers);
-  if (fibers.point_end == nullptr) {
-    return std::max(largest, largestCoordinate(call, fibers, 0, fibers.point_count));
+  const double radius = largestRadius(call, fibers, executor);
+  const std::size_t count = fibers.point_count;
+  const double coordinate = largestOf(executor, count, [&](std::size_t first, std::size_t last) {
+    if (fibers.point_end == nullptr) return largestCoordinate(fibers, first, last);
+    double most = 0;
+    forFibers(fibers, first, last, [&](std::size_t, std::size_t from, std::size_t to) {
+      most = larger(most, largestCoordinate(fibers, from, to));
+    });
+    return most;
+  });
+  if (!std::isfinite(coordinate)) {
+    for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
+      requireFinite(call, fibers, begin[f], pointEnd(fibers, f));
+    }
   }
-  for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
-    largest = std::max(largest, largestCoordinate(call, fibers, begin[f], fibers.point_end[f]));
-  }
-  return largest;
+  return std::max(radius, coordinate);
 }
 
 template <typename S>
@@ -139,7 +202,7 @@ bool ArraySource<S>::staysFiniteIn(const Frame& frame) const {
 }
 
 template <typename S>
-Frame frameFor(const char* call, const ArraySource<S>& source, const std::vector<SegmentId>& ids) {
+Frame frameFor(const char* call, const ArraySource<S>& source, const tree::SegmentIds& ids) {
   const Frame frame = index::frameFor(source, ids);
   if (!source.staysFiniteIn(frame)) {
     throwInvalidArgument(
@@ -149,7 +212,8 @@ Frame frameFor(const char* call, const ArraySource<S>& source, const std::vector
 }
 
 template <typename S>
-void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table) {
+void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table,
+               parallel::Executor* executor) {
   const auto hasAny = [&](const auto* values) {
     return values != nullptr &&
            std::any_of(values, values + fibers.fiber_count, [](auto value) { return value != 0; });
@@ -176,21 +240,31 @@ void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table) {
                        fibers.meets != nullptr ? fibers.meets[f] : kAll},
                       has_roots ? fibers.root_segments[f] : 0});
     const std::size_t end = pointEnd(fibers, f);
-    for (std::size_t i = fibers.point_begin[f]; i < end; ++i) {
-      const bool needs_length = table.hasArcLengths() && i + 1 < end;
-      table.addId(needs_length ? norm(pointOf(fibers, i + 1) - pointOf(fibers, i)) : 0);
-    }
+    table.addIds(static_cast<SegmentId>(end - fibers.point_begin[f]));
     table.addGap(static_cast<SegmentId>(fibers.point_begin[f + 1] - end));
   }
+  if (!table.hasArcLengths()) return;
+  const std::size_t grain = std::max<std::size_t>(
+      1, kRange * fibers.fiber_count / std::max<std::size_t>(1, fibers.point_count));
+  parallel::forRanges(executor, fibers.fiber_count, grain, [&](std::size_t from, std::size_t to) {
+    for (std::size_t f = from; f < to; ++f) {
+      const std::size_t begin = fibers.point_begin[f], end = pointEnd(fibers, f);
+      table.setLengths(f, [&](std::size_t i) {
+        return i + 1 < end - begin
+                   ? norm(pointOf(fibers, begin + i + 1) - pointOf(fibers, begin + i))
+                   : 0;
+      });
+    }
+  });
 }
 
 template class ArraySource<float>;
 template class ArraySource<double>;
-template double checkArrays(const char*, const FiberArrays<float>&);
-template double checkArrays(const char*, const FiberArrays<double>&);
-template Frame frameFor(const char*, const ArraySource<float>&, const std::vector<SegmentId>&);
-template Frame frameFor(const char*, const ArraySource<double>&, const std::vector<SegmentId>&);
-template void addFibers(const FiberArrays<float>&, fibers::FiberTable&);
-template void addFibers(const FiberArrays<double>&, fibers::FiberTable&);
+template double checkArrays(const char*, const FiberArrays<float>&, parallel::Executor*);
+template double checkArrays(const char*, const FiberArrays<double>&, parallel::Executor*);
+template Frame frameFor(const char*, const ArraySource<float>&, const tree::SegmentIds&);
+template Frame frameFor(const char*, const ArraySource<double>&, const tree::SegmentIds&);
+template void addFibers(const FiberArrays<float>&, fibers::FiberTable&, parallel::Executor*);
+template void addFibers(const FiberArrays<double>&, fibers::FiberTable&, parallel::Executor*);
 
 }  // namespace fcl_fibers::arrays

@@ -9,6 +9,7 @@
 #include "fibers/fiber_table.h"
 #include "geometry/frame.h"
 #include "index/segment_source.h"
+#include "parallel/executor.h"
 
 namespace fcl_fibers::arrays {
 
@@ -35,17 +36,20 @@ class ArraySource final : public index::SegmentSource {
 
 /// Throws std::invalid_argument if arrays are null or do not fit each other, or if a number in them
 /// is out of range.
+/// @param executor  null for one thread
 /// @return the largest magnitude of a coordinate or radius
 template <typename S>
-double checkArrays(const char* call, const FiberArrays<S>& fibers);
+double checkArrays(const char* call, const FiberArrays<S>& fibers,
+                   parallel::Executor* executor = nullptr);
 
 /// A frame for the capsules `ids`. Throws std::invalid_argument if there is none.
 template <typename S>
 geometry::Frame frameFor(const char* call, const ArraySource<S>& source,
-                         const std::vector<index::SegmentId>& ids);
+                         const tree::SegmentIds& ids);
 
 /// Adds the fibers of the arrays to an empty table.
 template <typename S>
-void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table);
+void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table,
+               parallel::Executor* executor);
 
 }  // namespace fcl_fibers::arrays

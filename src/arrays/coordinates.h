@@ -88,13 +88,12 @@ double largestMagnitude(const S* numbers, std::size_t count, Step step) {
   return static_cast<double>(result);
 }
 
-/// Returns the largest magnitude of the coordinates of the points [begin, end). Throws
-/// std::invalid_argument if one of them is NaN or infinite.
+/// Returns the largest magnitude of the coordinates of the points [begin, end). It is not finite if
+/// one of them is not.
 template <template <typename> class Arrays, typename S>
-double largestCoordinate(const char* call, const Arrays<S>& arrays, std::size_t begin,
-                         std::size_t end) {
-  if (begin == end) return 0;  // the points may be null
-  const double largest = withStrides(arrays, [&](auto point, auto axis) {
+double largestCoordinate(const Arrays<S>& arrays, std::size_t begin, std::size_t end) {
+  if (begin >= end) return 0;  // the points may be null
+  return withStrides(arrays, [&](auto point, auto axis) {
     const S* const first = arrays.points + static_cast<std::ptrdiff_t>(begin) * point;
     const std::size_t count = end - begin;
     if (point == 3 * axis) return largestMagnitude(first, 3 * count, axis);
@@ -105,13 +104,27 @@ double largestCoordinate(const char* call, const Arrays<S>& arrays, std::size_t 
     }
     return most;
   });
-  if (std::isfinite(largest)) return largest;
+}
+
+/// Throws std::invalid_argument if a coordinate of the points [begin, end) is NaN or infinite.
+template <template <typename> class Arrays, typename S>
+void requireFinite(const char* call, const Arrays<S>& arrays, std::size_t begin, std::size_t end) {
+  if (std::isfinite(largestCoordinate(arrays, begin, end))) return;
   const auto isFinite = [](const geometry::Vec3d& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
   };
   while (isFinite(pointOf(arrays, begin))) ++begin;
   fibers::throwInvalidArgument(
       call, "point " + std::to_string(begin) + " is NaN or infinite; give it finite coordinates");
+}
+
+/// Returns what largestCoordinate() does, after requireFinite().
+template <template <typename> class Arrays, typename S>
+double largestCoordinate(const char* call, const Arrays<S>& arrays, std::size_t begin,
+                         std::size_t end) {
+  const double largest = largestCoordinate(arrays, begin, end);
+  if (!std::isfinite(largest)) requireFinite(call, arrays, begin, end);
+  return largest;
 }
 
 }  // namespace fcl_fibers::arrays

@@ -17,7 +17,6 @@ namespace {
 
 using fibers::FiberTable;
 using geometry::Frame;
-using index::SegmentId;
 
 constexpr char kUpdate[] = "FiberTree::update";
 constexpr char kStart[] = "FiberTree::update: at the start";
@@ -85,10 +84,6 @@ std::uint32_t layoutOf(const FiberTable& table) {
   return layout;
 }
 
-tree::Fibers segmentsOf(const FiberTable& table) {
-  return table.segmentsFrom(0, [](SegmentId) { return true; });
-}
-
 }  // namespace
 
 void refuse(const char* call, const std::string& what) {
@@ -112,16 +107,17 @@ FiberTable FiberIndex::emptyTable() const {
 
 template <typename S>
 void FiberIndex::build(const FiberArrays<S>& fibers) {
-  const double largest = checkArrays("FiberTree::build", fibers);
+  const double largest = checkArrays("FiberTree::build", fibers, index_.executor());
   FiberTable table = emptyTable();
-  addFibers(fibers, table);
+  addFibers(fibers, table, index_.executor());
   rebuild("FiberTree::build", ArraySource<S>(fibers, largest), &table);
 }
 
 template <typename S>
 void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fibers) {
-  double largest = checkArrays(start != nullptr ? kEnd : kUpdate, fibers);
-  if (start != nullptr) largest = std::max(largest, checkArrays(kStart, *start));
+  parallel::Executor* const executor = index_.executor();
+  double largest = checkArrays(start != nullptr ? kEnd : kUpdate, fibers, executor);
+  if (start != nullptr) largest = std::max(largest, checkArrays(kStart, *start, executor));
   const auto checkFibers = [this](const char* which, const FiberArrays<S>& given) {
     if (hasFibersOf(given)) return;
     refuse("update", std::string("the fibers ") + which +
@@ -147,7 +143,7 @@ void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fiber
 
 template <typename S>
 void FiberIndex::rebuild(const char* call, const ArraySource<S>& source, FiberTable* table) {
-  const tree::Fibers runs = segmentsOf(*table);
+  const tree::Fibers runs = table->segments(index_.executor());
   const Frame frame = frameFor(call, source, runs.ids);
   is_valid_ = false;
   if (table != &table_) {
@@ -163,7 +159,8 @@ void FiberIndex::refit(const char* call, const ArraySource<S>& source) {
   if (!is_valid_ || !source.staysFiniteIn(index_.frame())) return rebuild(call, source, &table_);
   is_valid_ = false;
   if (!index_.refit(source)) {
-    index_.build(source, index_.betterFrame(source), 0, table_.idCount(), segmentsOf(table_));
+    index_.build(source, index_.betterFrame(source), 0, table_.idCount(),
+                 table_.segments(index_.executor()));
   }
   is_valid_ = true;
 }
@@ -190,7 +187,10 @@ const char* FiberIndex::problem(bool needs_capsules, bool needs_step) const {
   return nullptr;
 }
 
-std::vector<std::int32_t> FiberIndex::segments() const { return segmentsOf(table_).ids; }
+std::vector<std::int32_t> FiberIndex::segments() const {
+  const tree::SegmentIds ids = table_.segments(index_.executor()).ids;
+  return {ids.begin(), ids.end()};
+}
 
 std::vector<TreeVolume> FiberIndex::volumes(int depth) const {
   std::vector<TreeVolume> volumes;

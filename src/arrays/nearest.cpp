@@ -128,7 +128,7 @@ tree::Visit findNearest(const std::string& call, const FiberIndex& own, const Fi
                         double distance, index::PairSink& sink) {
   const bool is_own = &own == &other;
   const FrameChange to_other(own->frame(), other->frame());
-  const std::vector<SegmentId>& leaves = own->leaves();
+  const tree::SegmentIds& leaves = own->leaves();
   const PairsOfOne counts(own.table());
   const auto findOfLeaves = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
     for (std::size_t i = begin; i < end; ++i) {

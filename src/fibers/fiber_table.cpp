@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fibers/fiber_table.h"
 
+#include <algorithm>
+
 namespace fcl_fibers::fibers {
 namespace {
 
@@ -34,6 +36,34 @@ void FiberTable::clear() {
   obstacle_rules_.clear();
   arc_end_.clear();
   has_closed_ = false;
+}
+
+tree::Fibers FiberTable::segments(parallel::Executor* executor) const {
+  constexpr std::size_t kRange = 16384;
+  tree::Fibers fibers;
+  fibers.begin.reserve(begin_.size() + 1);
+  std::int32_t count = 0;
+  for (std::size_t f = 0; f < begin_.size(); ++f) {
+    count += std::max(0, segmentsEnd(f) - begin_[f]);
+    fibers.begin.push_back(count);
+  }
+  fibers.groups = groups_;
+  fibers.ids.resize(static_cast<std::size_t>(count));
+  if (!obstacle_rules_.empty()) fibers.meets.resize(fibers.ids.size());
+  parallel::forRanges(executor, fibers.ids.size(), kRange, [&](std::size_t from, std::size_t to) {
+    const auto begin = fibers.begin.begin();
+    auto next = std::upper_bound(begin, fibers.begin.end(), static_cast<std::int32_t>(from));
+    for (std::size_t i = from; i < to; ++next) {
+      const auto f = static_cast<std::size_t>(next - begin) - 1;
+      const std::size_t end = std::min(to, static_cast<std::size_t>(*next));
+      SegmentId id = begin_[f] + static_cast<SegmentId>(i) - fibers.begin[f];
+      for (; i < end; ++i, ++id) {
+        fibers.ids[i] = id;
+        if (!fibers.meets.empty()) fibers.meets[i] = meets(id, f);
+      }
+    }
+  });
+  return fibers;
 }
 
 bool FiberTable::areNeighborsInFiber(SegmentId first, SegmentId last) const {

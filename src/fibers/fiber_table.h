@@ -11,6 +11,8 @@
 
 #include "fibers/fiber_of.h"
 #include "fibers/neighbor_rule.h"
+#include "parallel/executor.h"
+#include "parallel/unwritten.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::fibers {
@@ -65,8 +67,21 @@ class FiberTable {
 
   /// @param length  of the segment; used if the rule has an arc length
   void addId(double length);
-  /// @pre the rule has no arc length
-  void addIds(SegmentId count) { end_ += count; }
+  /// If the rule has an arc length, setLengths() has to follow for the fiber.
+  void addIds(SegmentId count) {
+    end_ += count;
+    if (hasArcLengths()) arc_end_.resize(static_cast<std::size_t>(end_));
+  }
+  /// Sets the lengths of a fiber's segments: lengthOf(i) is that of its id number i. Several
+  /// threads may set those of different fibers at the same time.
+  template <class LengthOf>
+  void setLengths(std::size_t fiber, LengthOf&& lengthOf) {
+    double arc = 0;
+    for (SegmentId id = begin_[fiber]; id < idsEnd(fiber); ++id) {
+      arc += lengthOf(static_cast<std::size_t>(id - begin_[fiber]));
+      arc_end_[static_cast<std::size_t>(id)] = arc;
+    }
+  }
 
   /// Adds ids that are no segments and of no fiber, before the first fiber or after the last one.
   void addGap(SegmentId count);
@@ -155,8 +170,9 @@ class FiberTable {
   }
 
   /// Which obstacles a segment may meet. An obstacle meets all others.
-  tree::Categories meets(SegmentId id) const {
-    const Party party = partyOf(id);
+  tree::Categories meets(SegmentId id) const { return meets(id, fiberOf(id)); }
+  tree::Categories meets(SegmentId id, std::size_t fiber) const {
+    const Party party = partyOf(id, fiber);
     return party.is_obstacle ? tree::kAllCategories : party.categories;
   }
 
@@ -170,8 +186,8 @@ class FiberTable {
       return is_obstacle == other.is_obstacle || categories.meet(other.categories);
     }
   };
-  Party partyOf(SegmentId id) const {
-    const std::size_t fiber = fiberOf(id);
+  Party partyOf(SegmentId id) const { return partyOf(id, fiberOf(id)); }
+  Party partyOf(SegmentId id, std::size_t fiber) const {
     const bool is_obstacle = !flags_.empty() && (flags_[fiber] & kHasNoNeighbors) != 0;
     if (obstacle_rules_.empty()) return {is_obstacle, tree::kAllCategories};
     const ObstacleRule& rule = obstacle_rules_[fiber];
@@ -181,6 +197,9 @@ class FiberTable {
   /// The fibers from the one with id `begin` on, with the segments for which is_there(id) is true.
   template <class IsThere>
   tree::Fibers segmentsFrom(SegmentId begin, IsThere&& is_there) const;
+  /// All fibers with all their segments.
+  /// @param executor  null for one thread
+  tree::Fibers segments(parallel::Executor* executor) const;
 
   std::size_t memoryUsage() const {
     return begin_.capacity() * sizeof(SegmentId) + flags_.capacity() +
@@ -222,7 +241,8 @@ class FiberTable {
   std::vector<std::uint8_t> flags_;           ///< by fiber; empty while none matters
   std::vector<Group> groups_;                 ///< by fiber; empty unless some fiber has one
   std::vector<ObstacleRule> obstacle_rules_;  ///< by fiber; empty if all may meet
-  std::vector<double> arc_end_;  ///< by id, see areNeighbors(); empty unless arc lengths matter
+  parallel::UnwrittenVector<double>
+      arc_end_;  ///< by id, see areNeighbors(); empty unless arc lengths matter
   bool has_closed_ = false;
 };
 
@@ -260,7 +280,7 @@ inline void FiberTable::addId(double length) {
 inline void FiberTable::addGap(SegmentId count) {
   if (count == 0) return;
   end_ += count;
-  if (hasArcLengths()) arc_end_.resize(static_cast<std::size_t>(end_));
+  if (hasArcLengths()) arc_end_.resize(static_cast<std::size_t>(end_), 0);
   if (begin_.empty()) return;
   gaps_.resize(begin_.size());
   gaps_.back() += count;
@@ -313,7 +333,7 @@ tree::Fibers FiberTable::segmentsFrom(SegmentId first, IsThere&& is_there) const
     for (SegmentId id = std::max(begin_[f], first); id < segmentsEnd(f); ++id) {
       if (!is_there(id)) continue;
       fibers.ids.push_back(id);
-      if (!obstacle_rules_.empty()) fibers.meets.push_back(meets(id));
+      if (!obstacle_rules_.empty()) fibers.meets.push_back(meets(id, f));
     }
     fibers.endFiber();
   }

@@ -3,12 +3,15 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include <fcl_fibers/tree_export.h>
 
 #include "geometry/capsule_test.h"
 #include "geometry/segment_block.h"
+#include "parallel/executor.h"
+#include "parallel/unwritten.h"
 #include "tree/segment_range.h"
 
 namespace fcl_fibers::index {
@@ -23,7 +26,9 @@ class KeptSegments {
   explicit KeptSegments(bool share_ends) : share_ends_(share_ends) {}
 
   /// Makes room for the segments `ids`, which are in [begin, end). They are unspecified until set.
-  void reset(SegmentId begin, SegmentId end, const std::vector<SegmentId>& ids);
+  /// @param executor  null for one thread
+  void reset(SegmentId begin, SegmentId end, const tree::SegmentIds& ids,
+             parallel::Executor* executor = nullptr);
   /// Makes room for the ids in [begin, end). Segments that are set and among them stay.
   /// @pre ends are not shared
   void resize(SegmentId begin, SegmentId end);
@@ -48,7 +53,7 @@ class KeptSegments {
 
   /// Whether the segments include this id.
   /// @pre ends are shared
-  bool isSegment(SegmentId id) const { return is_segment_[static_cast<std::size_t>(id - begin_)]; }
+  bool isSegment(SegmentId id) const { return has(static_cast<std::size_t>(id - begin_)); }
 
   /// Several threads may set different segments at the same time.
   FCL_FIBERS_ALWAYS_INLINE void set(SegmentId id, const geometry::Segment& segment) {
@@ -57,7 +62,7 @@ class KeptSegments {
     if (segment.isBox()) has_boxes_.set();
     out[0] = geometry::firstEndOf(segment);
     // A point that two segments share is written by the second, so no two threads write it.
-    if (share_ends_ && is_segment_[i + 1]) return;
+    if (share_ends_ && has(i + 1)) return;
     out[1] = geometry::secondEndOf(segment);
   }
   /// Sets those of a block that are present.
@@ -78,7 +83,7 @@ class KeptSegments {
   double usualUnit() const;
 
   std::size_t memoryUsage() const {
-    return ends_.capacity() * sizeof(geometry::CapsuleEnd) + is_segment_.capacity() / 8;
+    return ends_.capacity() * sizeof(geometry::CapsuleEnd) + is_segment_.capacity() * sizeof(Word);
   }
 
  private:
@@ -100,14 +105,18 @@ class KeptSegments {
     std::atomic<bool> is_set_{false};
   };
 
+  using Word = std::uint64_t;
+  static constexpr std::size_t kBits = 64;
+
   std::size_t stride() const { return share_ends_ ? 1 : 2; }
+  bool has(std::size_t i) const { return (is_segment_[i / kBits] >> i % kBits & 1u) != 0; }
 
   bool share_ends_;
   SegmentId begin_ = 0;
   std::size_t count_ = 0;
   /// By id: two each or, if ends are shared, one each and one more.
-  std::vector<geometry::CapsuleEnd> ends_;
-  std::vector<bool> is_segment_;  ///< by id, if ends are shared
+  parallel::UnwrittenVector<geometry::CapsuleEnd> ends_;
+  std::vector<Word> is_segment_;  ///< a bit by id, if ends are shared
   Flag has_boxes_;
 };
 

@@ -15,7 +15,6 @@ namespace {
 
 using geometry::Frame;
 using geometry::Segment;
-using tree::Middle;
 
 /// The number of segments that a task reads. It takes some hundredths of a millisecond.
 constexpr std::size_t kRange = 4096;
@@ -79,8 +78,8 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
   now_.tree = Tree();  // its memory serves the next one
   // A source that is slow to read is read once, into segments that are freed after the build.
   const bool stores = keepsSegments() || source.isFasterInOrder();
-  if (stores) now_.segments.reset(begin, end, fibers.ids);
-  std::vector<Middle> middles(options_.super_thread ? 0 : fibers.ids.size());
+  if (stores) now_.segments.reset(begin, end, fibers.ids, executor_.get());
+  Middles middles(options_.super_thread ? 0 : fibers.ids.size());
   std::atomic<bool> fits{true};
   const bool is_read = readRanges(
       source, frame, fibers.ids.size(),
@@ -110,7 +109,9 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
   } else {
     now_.segments.clear();
   }
-  if (source.isFasterInOrder()) std::visit([](auto& tree) { tree.findPlaces(); }, now_.tree);
+  if (source.isFasterInOrder()) {
+    std::visit([this](auto& tree) { tree.findPlaces(executor_.get()); }, now_.tree);
+  }
   useNewFrame();
   looseness_when_built_ = looseness();
   bringStart(source);
@@ -148,26 +149,22 @@ bool SegmentIndex::readRanges(const SegmentSource& source, const Frame& frame, s
 }
 
 /// Makes the tree of these fibers, without volumes.
-void SegmentIndex::makeTree(const tree::Fibers& fibers, std::vector<Middle> middles) {
-  const auto make_tree = [&](auto topology) {
-    constexpr int kArity = decltype(topology)::kArity;
-    if (options_.wrapped_spheres) {
-      now_.tree = tree::WrappedSphereTree<kArity>(std::move(topology));
-    } else {
-      now_.tree = tree::LayeredBoxTree<kArity>(std::move(topology));
-    }
-  };
+void SegmentIndex::makeTree(const tree::Fibers& fibers, Middles middles) {
   if (options_.super_thread) {
-    make_tree(superThread(fibers));
+    if (options_.wrapped_spheres) {
+      now_.tree = tree::WrappedSphereTree<2>(superThread(fibers));
+    } else {
+      now_.tree = tree::LayeredBoxTree<2>(superThread(fibers));
+    }
+    return;
+  }
+  parallel::Executor* const executor = executor_.get();
+  tree::TopologyParts<8> parts = tree::bundleInParts(fibers, middles.data(), executor);
+  middles = Middles();  // a build needs most memory when it makes the nodes
+  if (options_.wrapped_spheres) {
+    now_.tree = tree::WrappedSphereTree<8>(std::move(parts), fibers, executor);
   } else {
-    tree::BundleBuild build(fibers, middles);
-    parallel::forRanges(executor_.get(), build.partCount(), 1,
-                        [&](std::size_t from, std::size_t to) {
-                          for (std::size_t part = from; part < to; ++part) build.buildPart(part);
-                        });
-    auto topology = build.finish();
-    middles = std::vector<Middle>();  // a build needs most memory when it makes the nodes
-    make_tree(std::move(topology));
+    now_.tree = tree::LayeredBoxTree<8>(std::move(parts), fibers, executor);
   }
 }
 
@@ -261,7 +258,7 @@ void SegmentIndex::fit(End& end, const Read& read) {
         forChunks(tree.chunkCount(), [&](std::size_t chunk) {
           if (tree.fitChunk(chunk, read)) changed.store(true, std::memory_order_relaxed);
         });
-        tree.fitAboveChunks(changed, read);
+        tree.fitAboveChunks(changed, read, executor_.get());
       },
       end.tree);
 }
@@ -290,7 +287,7 @@ void SegmentIndex::fitFromSegments(End& end) {
 bool SegmentIndex::placeFrom(End& end, const SegmentSource& source) {
   return std::visit(
       [&](auto& tree) {
-        tree.findPlaces();
+        tree.findPlaces(executor_.get());
         tree.startRefit(padding());
         std::atomic<bool> changed{false};
         const auto place = [&](const SegmentId* ids, int count, BlockMask present,
@@ -303,7 +300,7 @@ bool SegmentIndex::placeFrom(End& end, const SegmentSource& source) {
         if (!readInOrder(end.segments, source, end.frame, place)) return false;
         if (!changed) return true;
         forChunks(tree.chunkCount(), [&](std::size_t chunk) { tree.fitChunkAbove(chunk); });
-        tree.fitAboveChunks();
+        tree.fitAboveChunks(executor_.get());
         return true;
       },
       end.tree);
@@ -347,8 +344,8 @@ bool SegmentIndex::isFitted(const SegmentSource& source) const {
   return is_fitted;
 }
 
-const std::vector<SegmentId>& SegmentIndex::leaves() const {
-  return std::visit([](const auto& tree) -> const std::vector<SegmentId>& { return tree.leaves(); },
+const tree::SegmentIds& SegmentIndex::leaves() const {
+  return std::visit([](const auto& tree) -> const tree::SegmentIds& { return tree.leaves(); },
                     now_.tree);
 }
 

@@ -262,7 +262,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// @pre keepsSegments()
   bool hasBoxes() const { return now_.segments.hasBoxes(); }
   /// All segments, in the order of the tree.
-  const std::vector<SegmentId>& leaves() const;
+  const tree::SegmentIds& leaves() const;
 
   std::size_t memoryUsage() const;
 
@@ -291,9 +291,11 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   // Reading.
 
+  using Middles = parallel::UnwrittenVector<tree::Middle>;
+
   bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
                 SegmentId end, const tree::Fibers& fibers, bool in_range);
-  void makeTree(const tree::Fibers& fibers, std::vector<tree::Middle> middles);
+  void makeTree(const tree::Fibers& fibers, Middles middles);
   template <class IdsOf, class Take>
   bool readRanges(const SegmentSource& source, const geometry::Frame& frame, std::size_t count,
                   IdsOf&& idsOf, Take&& take);

@@ -20,7 +20,7 @@ bool readOne(const SegmentSource& source, SegmentId id, const Frame& frame, Segm
   return true;
 }
 
-void refuseLeast(const SegmentSource& source, std::vector<SegmentId> ids, const Frame& frame) {
+void refuseLeast(const SegmentSource& source, tree::SegmentIds ids, const Frame& frame) {
   std::sort(ids.begin(), ids.end());
   Segment segment;
   for (const SegmentId id : ids) readOne(source, id, frame, segment);
@@ -28,7 +28,7 @@ void refuseLeast(const SegmentSource& source, std::vector<SegmentId> ids, const 
   for (;;) source.refuse(ids.front(), frame);
 }
 
-Frame frameFor(const SegmentSource& source, const std::vector<SegmentId>& ids) {
+Frame frameFor(const SegmentSource& source, const tree::SegmentIds& ids) {
   constexpr std::size_t kSamples = 255;
   std::array<Segment, kSamples> samples;
   // If too few samples can be used, the steps become smaller.

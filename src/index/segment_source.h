@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <vector>
-
 #include <fcl_fibers/tree_export.h>
 
 #include "geometry/frame.h"
@@ -60,13 +58,13 @@ bool readOne(const SegmentSource& source, SegmentId id, const geometry::Frame& f
 
 /// Refuses the segment with the least id of those that cannot be read.
 /// @pre one of them could not be read
-[[noreturn]] void refuseLeast(const SegmentSource& source, std::vector<SegmentId> ids,
+[[noreturn]] void refuseLeast(const SegmentSource& source, tree::SegmentIds ids,
                               const geometry::Frame& frame);
 
 /// Chooses a frame from a sample of segments. It passes over those that were removed, cannot be
 /// read or are unbounded. If coordinates far outside would overflow in the unit of the others, the
 /// unit is made smaller.
 FCL_FIBERS_TREE_EXPORT geometry::Frame frameFor(const SegmentSource& source,
-                                                const std::vector<SegmentId>& ids);
+                                                const tree::SegmentIds& ids);
 
 }  // namespace fcl_fibers::index

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <vector>
 
+#include "parallel/executor.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::tree {
@@ -14,44 +13,18 @@ namespace fcl_fibers::tree {
 /// whichever extent is longer. Sizes are chosen so that nodes fill. Inside one fiber this is the
 /// chain-aligned tree; over fibers of one segment it is a kd-tree.
 ///
-/// The constructor splits the fibers into parts. These may be built at the same time; finish() puts
-/// them together. The result does not depend on who builds which part.
-class BundleBuild {
- public:
-  /// @param fibers   borrowed
-  /// @param middles  by position in Fibers::ids: the segment's midpoint, in any frame; borrowed
-  BundleBuild(const Fibers& fibers, const std::vector<Middle>& middles);
+/// Neither the tree nor its parts depend on the number of threads.
+/// @param middles   by position in Fibers::ids: the segment's midpoint, in any frame
+/// @param executor  null for one thread
+TopologyParts<8> bundleInParts(const Fibers& fibers, const Middle* middles,
+                               parallel::Executor* executor);
 
-  std::size_t partCount() const { return parts_.size(); }
-  void buildPart(std::size_t part);
-  /// @pre all parts are built
-  Topology<8> finish();
-
- private:
-  friend class BlockBuilder;
-
-  /// A range of one fiber, as a range of Fibers::ids.
-  struct Strand {
-    std::int32_t begin, end;
-    Middle middle;  ///< the midpoint of its middle segment
-  };
-  /// A block that becomes a subtree, and where it hangs.
-  struct Part {
-    std::vector<Strand> strands;
-    std::int32_t segments;
-    std::int32_t leaf_begin;
-    std::int32_t parent;  ///< in top_; -1 for the root
-    int lane;
-    Topology<8> subtree;
-  };
-
-  const Fibers& fibers_;
-  const std::vector<Middle>& middles_;
-  Topology<8> top_;  ///< the nodes above the parts
-  std::vector<Part> parts_;
-};
-
-/// Builds the whole tree on one thread.
-Topology<8> bundle(const Fibers& fibers, const std::vector<Middle>& middles);
+/// The same tree, put together on the calling thread.
+Topology<8> bundle(const Fibers& fibers, const Middle* middles,
+                   parallel::Executor* executor = nullptr);
+inline Topology<8> bundle(const Fibers& fibers, const std::vector<Middle>& middles,
+                          parallel::Executor* executor = nullptr) {
+  return bundle(fibers, middles.data(), executor);
+}
 
 }  // namespace fcl_fibers::tree

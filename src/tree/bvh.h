@@ -3,13 +3,19 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
+#include <new>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "geometry/segment_block.h"
+#include "parallel/executor.h"
 #include "tree/layered_boxes.h"
 #include "tree/topology.h"
+#include "tree/topology_builder.h"
 #include "tree/traversal_task.h"
 #include "tree/wrapped_spheres.h"
 
@@ -25,28 +31,26 @@ class Bvh {
   using Nodes = typename Hierarchy::Nodes;
   using Node = typename Nodes::value_type;
   using SegmentBlock = geometry::SegmentBlock;
+  using Groups = decltype(Topology<kArity>::groups);
+  using Meets = decltype(Topology<kArity>::meets);
 
   Bvh() = default;
 
   /// The volumes are valid after the first refit.
-  explicit Bvh(Topology<kArity> topology)
-      : nodes_(topology.nodes.begin(), topology.nodes.end()),
-        leaves_(std::move(topology.leaves)),
-        groups_(std::move(topology.groups)),
-        meets_(std::move(topology.meets)) {
-    hierarchy_.reserve(leaves_.size(), nodes_.size());
-    std::int32_t chunk_end = 0;
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(nodes_.size()); ++i) {
-      const std::int32_t leaves = node(i).leafCount();
-      if (node(i).leaf_begin < chunk_end) {
-        ++chunks_.back().end;
-      } else if (leaves > kChunk) {
-        above_chunks_.push_back(i);
-      } else {
-        chunks_.push_back({i, i + 1});
-        chunk_end = node(i).leaf_end;
-      }
-    }
+  explicit Bvh(Topology<kArity> topology) {
+    Groups groups = std::move(topology.groups);
+    Meets meets = std::move(topology.meets);
+    TopologyParts<kArity> parts;
+    if (!topology.nodes.empty()) parts.parts.push_back({std::move(topology), 0, 0});
+    place(parts, nullptr);
+    groups_ = std::move(groups);
+    meets_ = std::move(meets);
+  }
+  /// @param fibers    that the topology was built for
+  /// @param executor  null for one thread
+  Bvh(TopologyParts<kArity> parts, const Fibers& fibers, parallel::Executor* executor) {
+    const std::vector<NodeRange> subtrees = place(parts, executor);
+    addRules(fibers, nodes_.data(), subtrees, executor, groups_, meets_);
   }
 
   bool empty() const { return nodes_.empty(); }
@@ -58,17 +62,18 @@ class Bvh {
     const char* const bytes = reinterpret_cast<const char*>(&node(i));
     for (std::size_t line = 0; line < sizeof(Node); line += 64) __builtin_prefetch(bytes + line);
   }
-  const std::vector<SegmentId>& leaves() const { return leaves_; }  ///< see Topology
-  const std::vector<Group>& groups() const { return groups_; }      ///< see Topology
-  const std::vector<Categories>& meets() const { return meets_; }   ///< see Topology
+  const SegmentIds& leaves() const { return leaves_; }  ///< see Topology
+  const Groups& groups() const { return groups_; }      ///< see Topology
+  const Meets& meets() const { return meets_; }         ///< see Topology
   const Hierarchy& hierarchy() const { return hierarchy_; }
   Volume nodeVolume(std::int32_t i) const {
     return hierarchy_.nodeVolume(nodes_, static_cast<std::size_t>(i));
   }
 
-  // A refit starts with startRefit(), fits all chunks, in any order and on any thread, and then the
-  // nodes above them. A chunk is a subtree of at most kChunk leaves. Its nodes are contiguous and
-  // so small together that they stay in a cache while its leaves are read, in the tree's order.
+  // A refit starts with startRefit(), fits all chunks, in any order and on any thread, and then, on
+  // the threads of an executor, the nodes above them. A chunk is a subtree of at most kChunk
+  // leaves. Its nodes are contiguous and so small together that they stay in a cache while its
+  // leaves are read, in the tree's order.
   //
   // read(ids, count, ahead, block) reads the segments ids[0], ..., ids[count - 1] and returns a bit
   // for each that is present; it soon reads the `ahead` ids after them. fitChunk() leaves segments
@@ -101,18 +106,19 @@ class Bvh {
   }
 
   /// Finds the place of each segment by its id.
-  void findPlaces() {
+  void findPlaces(parallel::Executor* executor = nullptr) {
     if (!slots_.empty() || empty()) return;
-    const auto [least, last] = std::minmax_element(leaves_.begin(), leaves_.end());
-    first_id_ = *least;
-    slots_.resize(static_cast<std::size_t>(*last - *least) + 1, kNone);
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(nodes_.size()); ++i) {
-      for (int lane = 0; lane < node(i).child_count; ++lane) {
-        const Link child = node(i).children[static_cast<std::size_t>(lane)];
-        if (!child.isLeaf()) continue;
-        slots_[static_cast<std::size_t>(child.segment() - first_id_)] = kArity * i + lane;
-      }
-    }
+    const auto [least, last] = idRange(leaves_, executor);
+    first_id_ = least;
+    slots_.resize(static_cast<std::size_t>(last - least) + 1);
+    parallel::forRanges(executor, slots_.size(), kNodesAtOnce,
+                        [&](std::size_t from, std::size_t to) {
+                          std::fill(slots_.data() + from, slots_.data() + to, kNone);
+                        });
+    forLinks(executor, [&](std::int32_t i, int lane, Link child) {
+      if (!child.isLeaf()) return;
+      slots_[static_cast<std::size_t>(child.segment() - first_id_)] = kArity * i + lane;
+    });
   }
 
   // If segments are read faster in the order of ids, placeLeaves() fits the leaves, after a call of
@@ -131,22 +137,24 @@ class Bvh {
   void fitChunkAbove(std::size_t chunk) {
     hierarchy_.fitChunkAbove(nodes_, chunks_[chunk].begin, chunks_[chunk].end);
   }
-  void fitAboveChunks() {
-    for (auto i = above_chunks_.rbegin(); i != above_chunks_.rend(); ++i) {
-      hierarchy_.fitNode(nodes_, static_cast<std::size_t>(*i));
-    }
+  void fitAboveChunks(parallel::Executor* executor) {
+    forAboveChunks(executor, /*changed=*/true, [&](std::int32_t i, bool changed) {
+      hierarchy_.fitNode(nodes_, static_cast<std::size_t>(i));
+      return changed;
+    });
   }
 
   template <class Read>
-  void fitAboveChunks(bool chunks_changed, Read&& read) {
-    SegmentBlock block;
-    for (auto i = above_chunks_.rbegin(); i != above_chunks_.rend(); ++i) {
-      forEachLeafOf(nodes_.data(), node(*i), [&](int lane, std::int32_t leaf) {
+  void fitAboveChunks(bool chunks_changed, Read&& read, parallel::Executor* executor = nullptr) {
+    forAboveChunks(executor, chunks_changed, [&](std::int32_t i, bool changed) {
+      SegmentBlock block;
+      forEachLeafOf(nodes_.data(), node(i), [&](int lane, std::int32_t leaf) {
         if (read(&leaves_[static_cast<std::size_t>(leaf)], 1, 0, block) == 0) return;
-        chunks_changed |= hierarchy_.fitLeaf(nodes_, *i, lane, leaf, block[0], padding_);
+        changed |= hierarchy_.fitLeaf(nodes_, i, lane, leaf, block[0], padding_);
       });
-      if (chunks_changed) hierarchy_.fitNode(nodes_, static_cast<std::size_t>(*i));
-    }
+      if (changed) hierarchy_.fitNode(nodes_, static_cast<std::size_t>(i));
+      return changed;
+    });
   }
 
   /// Fits all volumes to segments given by id, on the calling thread.
@@ -208,7 +216,7 @@ class Bvh {
   std::size_t memoryUsage() const {
     return nodes_.capacity() * sizeof(Node) + leaves_.capacity() * sizeof(SegmentId) +
            groups_.capacity() * sizeof(Group) + meets_.capacity() * sizeof(Categories) +
-           chunks_.capacity() * sizeof(Chunk) +
+           chunks_.capacity() * sizeof(NodeRange) + above_parts_.capacity() * sizeof(NodeRange) +
            (above_chunks_.capacity() + slots_.capacity() + parent_.capacity()) *
                sizeof(std::int32_t) +
            is_stale_.capacity() / 8 + hierarchy_.memoryUsage();
@@ -217,10 +225,124 @@ class Bvh {
  private:
   static constexpr std::int32_t kNone = -1;
 
-  /// A subtree: the nodes begin, ..., end - 1.
-  struct Chunk {
-    std::int32_t begin, end;
+  static constexpr std::size_t kNodesAtOnce = 1 << 13;
+
+  /// The chunks of a part, and its nodes above them.
+  struct PartChunks {
+    std::vector<NodeRange> chunks;
+    std::vector<std::int32_t> above;
   };
+
+  /// Puts all nodes and leaves in their places and finds the chunks. It frees the subtrees. Returns
+  /// the nodes near the root and those of each part.
+  std::vector<NodeRange> place(TopologyParts<kArity>& whole, parallel::Executor* executor) {
+    nodes_.resize(whole.nodeCount());
+    leaves_.resize(whole.leafCount());
+    hierarchy_.reserve(leaves_.size(), nodes_.size(), executor);
+    std::vector<NodeRange> subtrees = {{0, static_cast<std::int32_t>(whole.top.size())}};
+    for (const auto& part : whole.parts) {
+      const auto count = static_cast<std::int32_t>(part.subtree.nodes.size());
+      subtrees.push_back({part.node_begin, part.node_begin + count});
+    }
+    std::vector<PartChunks> found(whole.parts.size());
+    parallel::forRanges(executor, found.size(), 1, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) {
+        auto& part = whole.parts[i];
+        auto place = static_cast<std::size_t>(part.node_begin);
+        for (std::size_t n = 0; n < part.subtree.nodes.size(); ++n, ++place) {
+          ::new (static_cast<void*>(&nodes_[place])) Node(part.nodeOfWhole(n));
+        }
+        std::copy(part.subtree.leaves.begin(), part.subtree.leaves.end(),
+                  leaves_.begin() + part.leaf_begin);
+        part.subtree = {};
+        found[i] = findChunks(subtrees[i + 1]);
+      }
+    });
+    for (std::size_t i = whole.top.size(); i-- > 0;) {
+      ::new (static_cast<void*>(&nodes_[i])) Node(whole.top[i]);
+      forEachLeafOf(nodes_.data(), nodes_[i], [&](int lane, std::int32_t leaf) {
+        const Link child = nodes_[i].children[static_cast<std::size_t>(lane)];
+        leaves_[static_cast<std::size_t>(leaf)] = child.segment();
+      });
+    }
+    above_chunks_.resize(whole.top.size());
+    std::iota(above_chunks_.begin(), above_chunks_.end(), 0);
+    takeChunks(found);
+    return subtrees;
+  }
+
+  /// Finds the chunks of a subtree.
+  PartChunks findChunks(const NodeRange& subtree) const {
+    PartChunks found;
+    std::int32_t chunk_end = 0;
+    for (std::int32_t i = subtree.begin; i < subtree.end; ++i) {
+      if (node(i).leaf_begin < chunk_end) {
+        ++found.chunks.back().end;
+      } else if (node(i).leafCount() > kChunk) {
+        found.above.push_back(i);
+      } else {
+        found.chunks.push_back({i, i + 1});
+        chunk_end = node(i).leaf_end;
+      }
+    }
+    return found;
+  }
+
+  /// The nodes near the root are in above_chunks_ already.
+  void takeChunks(const std::vector<PartChunks>& found) {
+    std::size_t chunks = 0, above = above_chunks_.size();
+    for (const PartChunks& part : found) {
+      chunks += part.chunks.size();
+      above += part.above.size();
+    }
+    chunks_.reserve(chunks);
+    above_chunks_.reserve(above);
+    above_parts_.reserve(found.size() + 1);
+    above_parts_.push_back({0, static_cast<std::int32_t>(above_chunks_.size())});
+    for (const PartChunks& part : found) {
+      chunks_.insert(chunks_.end(), part.chunks.begin(), part.chunks.end());
+      above_chunks_.insert(above_chunks_.end(), part.above.begin(), part.above.end());
+      above_parts_.push_back(
+          {above_parts_.back().end, static_cast<std::int32_t>(above_chunks_.size())});
+    }
+  }
+
+  /// Calls visit(node, changed) for the nodes above chunks, children before parents. It returns
+  /// whether anything has changed now. Those near the root come last, on the calling thread.
+  /// @param changed  whether anything has changed before
+  template <class F>
+  void forAboveChunks(parallel::Executor* executor, bool changed, F&& visit) {
+    constexpr std::size_t kGrain = 4;
+    if (above_parts_.empty()) return;
+    const auto visitPart = [&](const NodeRange& part, bool has_changed) {
+      for (std::int32_t i = part.end; i-- > part.begin;) {
+        has_changed = visit(above_chunks_[static_cast<std::size_t>(i)], has_changed);
+      }
+      return has_changed;
+    };
+    std::atomic<bool> any_changed{changed};
+    parallel::forRanges(executor, above_parts_.size() - 1, kGrain,
+                        [&](std::size_t from, std::size_t to) {
+                          for (std::size_t i = from; i < to; ++i) {
+                            // It does not depend on other parts, and so not on the threads.
+                            if (visitPart(above_parts_[i + 1], changed)) any_changed = true;
+                          }
+                        });
+    visitPart(above_parts_.front(), any_changed);
+  }
+
+  /// Calls visit(node, lane, child) for all children, on all threads.
+  template <class F>
+  void forLinks(parallel::Executor* executor, F&& visit) const {
+    parallel::forRanges(
+        executor, nodes_.size(), kNodesAtOnce, [&](std::size_t from, std::size_t to) {
+          for (auto i = static_cast<std::int32_t>(from); i < static_cast<std::int32_t>(to); ++i) {
+            for (int lane = 0; lane < node(i).child_count; ++lane) {
+              visit(i, lane, node(i).children[static_cast<std::size_t>(lane)]);
+            }
+          }
+        });
+  }
 
   std::int32_t leafCount() const { return static_cast<std::int32_t>(leaves_.size()); }
 
@@ -235,26 +357,25 @@ class Bvh {
     if (!parent_.empty()) return;
     is_stale_.resize(nodes_.size());
     parent_.resize(nodes_.size(), kNone);
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(nodes_.size()); ++i) {
-      for (int lane = 0; lane < node(i).child_count; ++lane) {
-        const Link child = node(i).children[static_cast<std::size_t>(lane)];
-        if (!child.isLeaf()) parent_[static_cast<std::size_t>(child.node())] = i;
-      }
-    }
+    forLinks(nullptr, [&](std::int32_t i, int /*lane*/, Link child) {
+      if (!child.isLeaf()) parent_[static_cast<std::size_t>(child.node())] = i;
+    });
   }
 
   Nodes nodes_;
-  std::vector<SegmentId> leaves_;
-  std::vector<Group> groups_;
-  std::vector<Categories> meets_;
+  SegmentIds leaves_;
+  Groups groups_;
+  Meets meets_;
   double padding_ = 0;
   Hierarchy hierarchy_;
-  std::vector<Chunk> chunks_;
+  std::vector<NodeRange> chunks_;
   std::vector<std::int32_t> above_chunks_;  ///< the nodes of more than kChunk leaves
+  /// Ranges of above_chunks_: the nodes near the root, and then those of each part.
+  std::vector<NodeRange> above_parts_;
 
   // By id from first_id_ on: kArity times the node above, plus the lane. Empty until it is needed.
   SegmentId first_id_ = 0;
-  std::vector<std::int32_t> slots_;
+  parallel::UnwrittenVector<std::int32_t> slots_;
 
   // For refits in part.
   std::vector<std::int32_t> parent_;  ///< by node; kNone for the root

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
 
 #include "geometry/box.h"
+#include "parallel/executor.h"
 #include "tree/bvh_node.h"
 
 namespace fcl_fibers::tree {
@@ -20,12 +20,12 @@ class LayeredBoxes {
   using Volume = geometry::Box;
   static constexpr int kArity = A;
   using Pack = Volume::Pack<kArity>;
-  using Nodes = std::vector<BvhNode<Pack, kArity>>;
+  using Nodes = parallel::UnwrittenVector<BvhNode<Pack, kArity>>;
 
   /// The boxes of a chunk's leaves until their nodes have them.
   using Leaves = geometry::BoxRows;
 
-  void reserve(std::size_t /*leaves*/, std::size_t /*nodes*/) {}
+  void reserve(std::size_t /*leaves*/, std::size_t /*nodes*/, parallel::Executor* /*executor*/) {}
   void startRefit() {}
 
   /// Fits a block of leaves; the first is the chunk's leaf `first`. Segments that are not present

@@ -31,8 +31,8 @@ class MovingTree {
   FCL_FIBERS_ALWAYS_INLINE Pack pack(std::int32_t i) const {
     return {start_.pack(i), end_.pack(i), until_.load(std::memory_order_relaxed)};
   }
-  const std::vector<Group>& groups() const { return end_.groups(); }
-  const std::vector<Categories>& meets() const { return end_.meets(); }
+  const parallel::UnwrittenVector<Group>& groups() const { return end_.groups(); }
+  const parallel::UnwrittenVector<Categories>& meets() const { return end_.meets(); }
   FCL_FIBERS_ALWAYS_INLINE void prefetch(std::int32_t i) const {
     start_.prefetch(i);
     end_.prefetch(i);

@@ -17,7 +17,7 @@ using geometry::Vec3d;
 /// A balanced binary tree over a sequence.
 class ChainBuilder {
  public:
-  explicit ChainBuilder(const std::vector<SegmentId>& chain) : chain_(chain) {
+  explicit ChainBuilder(const SegmentIds& chain) : chain_(chain) {
     builder_.reserve(chain.size(), chain.size());
   }
 
@@ -43,7 +43,7 @@ class ChainBuilder {
     }
   }
 
-  const std::vector<SegmentId>& chain_;
+  const SegmentIds& chain_;
   TopologyBuilder<2> builder_;
 };
 
@@ -74,7 +74,7 @@ void middlesOf(const geometry::SegmentBlock& segments, int count, Middle* out) {
 }
 
 Topology<2> superThread(const Fibers& fibers) {
-  std::vector<SegmentId> chain(fibers.ids.size());
+  SegmentIds chain(fibers.ids.size());
   auto out = chain.begin();
   for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
     const auto root = fibers.ids.begin() + fibers.begin[f];

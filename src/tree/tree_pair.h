@@ -99,7 +99,7 @@ struct TreePair {
   Categories categories = kAllCategories;
 };
 
-inline const Categories* meetsOf(const std::vector<Categories>& by_slot) {
+inline const Categories* meetsOf(const parallel::UnwrittenVector<Categories>& by_slot) {
   return by_slot.empty() ? nullptr : by_slot.data();
 }
 

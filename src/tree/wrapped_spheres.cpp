@@ -25,10 +25,19 @@ constexpr double kEscape = 0x1p-30;
 }  // namespace
 
 template <int A>
-void WrappedSpheres<A>::reserve(std::size_t leaves, std::size_t nodes) {
-  // NaN differs from every ball, so that the first refit fits all nodes.
-  leaf_balls_.assign(leaves, {{0, 0, 0}, std::numeric_limits<double>::quiet_NaN()});
+void WrappedSpheres<A>::reserve(std::size_t leaves, std::size_t nodes,
+                                parallel::Executor* executor) {
+  constexpr std::size_t kRange = 1 << 14;
+  const auto fill = [executor](auto& all, const auto& value) {
+    parallel::forRanges(executor, all.size(), kRange, [&](std::size_t begin, std::size_t end) {
+      std::fill(all.data() + begin, all.data() + end, value);
+    });
+  };
+  leaf_balls_.resize(leaves);
   cages_.resize(nodes);
+  // NaN differs from every ball, so that the first refit fits all nodes.
+  fill(leaf_balls_, Ball{{0, 0, 0}, std::numeric_limits<double>::quiet_NaN()});
+  fill(cages_, EnclosingSphere{});
 }
 
 template <int A>

@@ -8,6 +8,7 @@
 
 #include "geometry/enclosing_sphere.h"
 #include "geometry/segment_block.h"
+#include "parallel/executor.h"
 #include "tree/bvh_node.h"
 
 namespace fcl_fibers::tree {
@@ -21,7 +22,7 @@ class WrappedSpheres {
   using Volume = geometry::Sphere;
   static constexpr int kArity = A;
   using Pack = Volume::Pack<kArity>;
-  using Nodes = std::vector<BvhNode<Pack, kArity>>;
+  using Nodes = parallel::UnwrittenVector<BvhNode<Pack, kArity>>;
 
   // See LayeredBoxes.
 
@@ -29,7 +30,7 @@ class WrappedSpheres {
     bool changed = false;  ///< whether any leaf of the chunk has changed
   };
 
-  void reserve(std::size_t leaves, std::size_t nodes);
+  void reserve(std::size_t leaves, std::size_t nodes, parallel::Executor* executor);
   void startRefit() { is_recomputed_.assign(cages_.size(), 0); }
   /// Segments that are not present keep their spheres.
   void fitLeaves(const geometry::SegmentBlock& segments, geometry::BlockMask present, int count,
@@ -53,7 +54,7 @@ class WrappedSpheres {
   /// The cage of a node. Its basis counts from the first leaf of the node.
   const geometry::EnclosingSphere& cage(std::size_t node) const { return cages_[node]; }
   /// The spheres of the segments in the order of Topology::leaves.
-  const std::vector<geometry::Ball>& leafBalls() const { return leaf_balls_; }
+  const parallel::UnwrittenVector<geometry::Ball>& leafBalls() const { return leaf_balls_; }
 
   /// The number of cages that the last refit recomputed. The others passed the verification, or
   /// nothing below them moved.
@@ -69,8 +70,8 @@ class WrappedSpheres {
   bool encloses(const Nodes& nodes, const Node& node, const geometry::Vec3d& center, double limit,
                 double& reach) const;
 
-  std::vector<geometry::Ball> leaf_balls_;
-  std::vector<geometry::EnclosingSphere> cages_;
+  parallel::UnwrittenVector<geometry::Ball> leaf_balls_;
+  parallel::UnwrittenVector<geometry::EnclosingSphere> cages_;
   std::vector<std::uint8_t> is_recomputed_;  ///< by node: whether the last refit recomputed it
 };
 

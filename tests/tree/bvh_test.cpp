@@ -289,7 +289,7 @@ class BvhTest : public testing::Test {
     ASSERT_GE(pairs.size(), least);
 
     const auto volumes = leafVolumes(tree);
-    std::vector<SegmentId> ids = scene.fibers.ids;
+    SegmentIds ids = scene.fibers.ids;
     std::sort(ids.begin(), ids.end());
     for (auto i = ids.begin(); i != ids.end(); ++i) {
       for (auto j = i + 1; j != ids.end(); ++j) {

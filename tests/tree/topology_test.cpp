@@ -73,7 +73,7 @@ int ceilLog2(std::size_t n) {
 /// The words are those of Topology.
 template <int Arity>
 void expectInvariants(const Topology<Arity>& topology, const Fibers& fibers) {
-  std::vector<SegmentId> leaves = topology.leaves, ids = fibers.ids;
+  SegmentIds leaves = topology.leaves, ids = fibers.ids;
   std::sort(leaves.begin(), leaves.end());
   std::sort(ids.begin(), ids.end());
   ASSERT_EQ(leaves, ids) << "`leaves` are all segments";
@@ -175,10 +175,10 @@ TEST(SuperThread, KeepsTheInvariantsAtEverySize) {
 TEST(SuperThread, IsThreadedTipToTipAndRootToRoot) {
   // If this fails, the ends of consecutive fibers on the thread lie a fiber's length apart.
   EXPECT_EQ(superThread(fibersOf({3, 3, 3, 2})).leaves,
-            (std::vector<SegmentId>{0, 1, 2, 5, 4, 3, 6, 7, 8, 10, 9}));
-  EXPECT_EQ(superThread(fibersOf({1, 2, 1})).leaves, (std::vector<SegmentId>{0, 2, 1, 3}));
+            (SegmentIds{0, 1, 2, 5, 4, 3, 6, 7, 8, 10, 9}));
+  EXPECT_EQ(superThread(fibersOf({1, 2, 1})).leaves, (SegmentIds{0, 2, 1, 3}));
   EXPECT_EQ(superThread(fibersOf({3, 2, 0, 3, 1})).leaves,
-            (std::vector<SegmentId>{0, 1, 2, 4, 3, /*third fiber empty*/ 7, 6, 5, 8}));
+            (SegmentIds{0, 1, 2, 4, 3, /*third fiber empty*/ 7, 6, 5, 8}));
 }
 
 TEST(SuperThread, KeepsTheNumbersOfSegments) {
@@ -189,7 +189,7 @@ TEST(SuperThread, KeepsTheNumbersOfSegments) {
   fibers.ids.insert(fibers.ids.end(), {100, 2});
   fibers.endFiber();
   const Topology<2> topology = superThread(fibers);
-  EXPECT_EQ(topology.leaves, (std::vector<SegmentId>{7, 3, 5, 2, 100}));
+  EXPECT_EQ(topology.leaves, (SegmentIds{7, 3, 5, 2, 100}));
   expectInvariants(topology, fibers);
 }
 
