@@ -109,7 +109,7 @@ class BlockBuilder {
  private:
   static constexpr int kArity = 8;
   /// Strands that a thread takes of a split. It takes some hundredths of a millisecond.
-  static constexpr std::int32_t kStrandsAtOnce = 2048;
+  static constexpr std::int32_t kStrandsAtOnce = 512;
 
   /// A range of strands_, with the number of segments in all of them.
   struct Block {
@@ -206,7 +206,9 @@ class BlockBuilder {
   }
 
   /// Whether several threads work on a split of so many strands.
-  bool isShared(std::int32_t count) const { return executor_ != nullptr && count > kStrandsAtOnce; }
+  bool isShared(std::int32_t count) const {
+    return executor_ != nullptr && count > 4 * kStrandsAtOnce;
+  }
   /// Calls visit(number of the range, begin, end) for ranges of [0, count).
   template <class F>
   void forStrands(std::int32_t count, F&& visit) {
@@ -413,10 +415,13 @@ class BlockBuilder {
     const std::size_t count = keys_.size();
     std::array<std::uint64_t, kSamples> samples;
     for (std::size_t i = 0; i < kSamples; ++i) samples[i] = keys_[i * count / kSamples];
-    std::sort(samples.begin(), samples.end());
     const std::size_t near = static_cast<std::size_t>(rank) * kSamples / count;
-    const std::uint64_t low = near < kSlack ? 0 : samples[near - kSlack];
-    const std::uint64_t high = near + kSlack < kSamples ? samples[near + kSlack] : kNoKey;
+    const auto sampleAt = [&](std::size_t i) {
+      std::nth_element(samples.begin(), samples.begin() + i, samples.end());
+      return samples[i];
+    };
+    const std::uint64_t low = near < kSlack ? 0 : sampleAt(near - kSlack);
+    const std::uint64_t high = near + kSlack < kSamples ? sampleAt(near + kSlack) : kNoKey;
     std::vector<std::vector<std::uint64_t>> kept(rangeCount(static_cast<std::int32_t>(count)));
     std::atomic<std::int32_t> below{0};
     forStrands(static_cast<std::int32_t>(count), [&](std::size_t range, std::int32_t from,
@@ -453,12 +458,13 @@ class BlockBuilder {
 /// A block that is split near the root has more segments than a part. A part is small enough for
 /// many threads to share a scene.
 constexpr std::int32_t kPart = 1 << 12;
-/// A block of more strands is split by all threads together, and others are split at the same time.
-constexpr std::size_t kWide = 1 << 12;
+/// A block is split by all threads together if it has more strands than kWide, and more than one in
+/// kFew of its level's. Blocks that have fewer are split at the same time.
+constexpr std::size_t kWide = 1 << 12, kFew = 16;
 
 /// All fibers as one block.
 Branch rootOf(const Fibers& fibers, const Middle* middles, parallel::Executor* executor) {
-  constexpr std::size_t kRange = 4096;
+  constexpr std::size_t kRange = 512;
   Branch root{{}, static_cast<std::int32_t>(fibers.ids.size())};
   root.strands.reserve(fibers.begin.size());
   for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
@@ -480,12 +486,15 @@ std::vector<std::vector<Branch>> splitLevel(const Fibers& fibers, const Middle* 
                                             parallel::Executor* executor) {
   std::vector<std::vector<Branch>> below(level.size());
   std::vector<std::size_t> narrow;
+  std::size_t strands = 0;
+  for (const Branch& branch : level) strands += branch.strands.size();
   const auto split = [&](std::size_t i, parallel::Executor* threads) {
     BlockBuilder builder(fibers, middles, std::move(level[i].strands), level[i].segments, threads);
     below[i] = builder.branches();
   };
   for (std::size_t i = 0; i < level.size(); ++i) {
-    if (level[i].strands.size() > kWide) {
+    const std::size_t count = level[i].strands.size();
+    if (count > kWide && count > strands / kFew) {
       split(i, executor);
     } else {
       narrow.push_back(i);

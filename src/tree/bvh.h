@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <new>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -216,8 +215,9 @@ class Bvh {
   std::size_t memoryUsage() const {
     return nodes_.capacity() * sizeof(Node) + leaves_.capacity() * sizeof(SegmentId) +
            groups_.capacity() * sizeof(Group) + meets_.capacity() * sizeof(Categories) +
-           chunks_.capacity() * sizeof(NodeRange) + above_parts_.capacity() * sizeof(NodeRange) +
-           (above_chunks_.capacity() + slots_.capacity() + parent_.capacity()) *
+           chunks_.capacity() * sizeof(NodeRange) +
+           (above_chunks_.capacity() + above_units_.capacity() + above_batches_.capacity() +
+            slots_.capacity() + parent_.capacity()) *
                sizeof(std::int32_t) +
            is_stale_.capacity() / 8 + hierarchy_.memoryUsage();
   }
@@ -265,9 +265,7 @@ class Bvh {
         leaves_[static_cast<std::size_t>(leaf)] = child.segment();
       });
     }
-    above_chunks_.resize(whole.top.size());
-    std::iota(above_chunks_.begin(), above_chunks_.end(), 0);
-    takeChunks(found);
+    takeChunks(found, subtrees.front().end);
     return subtrees;
   }
 
@@ -288,47 +286,79 @@ class Bvh {
     return found;
   }
 
-  /// The nodes near the root are in above_chunks_ already.
-  void takeChunks(const std::vector<PartChunks>& found) {
-    std::size_t chunks = 0, above = above_chunks_.size();
+  /// @param top  the number of nodes near the root
+  void takeChunks(const std::vector<PartChunks>& found, std::int32_t top) {
+    std::size_t chunks = 0, above = static_cast<std::size_t>(top);
     for (const PartChunks& part : found) {
       chunks += part.chunks.size();
       above += part.above.size();
     }
     chunks_.reserve(chunks);
     above_chunks_.reserve(above);
-    above_parts_.reserve(found.size() + 1);
-    above_parts_.push_back({0, static_cast<std::int32_t>(above_chunks_.size())});
+    above_units_.reserve(found.size() + static_cast<std::size_t>(top));
+    const auto endUnit = [this] {
+      above_units_.push_back(static_cast<std::int32_t>(above_chunks_.size()));
+    };
+    const auto endBatch = [this] {
+      above_batches_.push_back(static_cast<std::int32_t>(above_units_.size()));
+    };
     for (const PartChunks& part : found) {
       chunks_.insert(chunks_.end(), part.chunks.begin(), part.chunks.end());
-      above_chunks_.insert(above_chunks_.end(), part.above.begin(), part.above.end());
-      above_parts_.push_back(
-          {above_parts_.back().end, static_cast<std::int32_t>(above_chunks_.size())});
+      above_chunks_.insert(above_chunks_.end(), part.above.rbegin(), part.above.rend());
+      endUnit();
+    }
+    endBatch();
+    const std::vector<NodeRange> levels = levelsOf(top);
+    for (auto level = levels.rbegin(); level != levels.rend(); ++level) {
+      for (std::int32_t i = level->begin; i < level->end; ++i) {
+        above_chunks_.push_back(i);
+        endUnit();
+      }
+      endBatch();
     }
   }
 
+  /// The levels of the first `top` nodes, which are ordered by their depth.
+  std::vector<NodeRange> levelsOf(std::int32_t top) const {
+    std::vector<NodeRange> levels;
+    for (NodeRange level{0, std::min(top, 1)}; level.begin < level.end;) {
+      levels.push_back(level);
+      std::int32_t end = level.end;
+      for (std::int32_t i = level.begin; i < level.end; ++i) {
+        for (int lane = 0; lane < node(i).child_count; ++lane) {
+          const Link child = node(i).children[static_cast<std::size_t>(lane)];
+          if (!child.isLeaf() && child.node() < top) ++end;
+        }
+      }
+      level = {level.end, end};
+    }
+    return levels;
+  }
+
   /// Calls visit(node, changed) for the nodes above chunks, children before parents. It returns
-  /// whether anything has changed now. Those near the root come last, on the calling thread.
+  /// whether anything has changed now.
   /// @param changed  whether anything has changed before
   template <class F>
   void forAboveChunks(parallel::Executor* executor, bool changed, F&& visit) {
-    constexpr std::size_t kGrain = 4;
-    if (above_parts_.empty()) return;
-    const auto visitPart = [&](const NodeRange& part, bool has_changed) {
-      for (std::int32_t i = part.end; i-- > part.begin;) {
-        has_changed = visit(above_chunks_[static_cast<std::size_t>(i)], has_changed);
-      }
-      return has_changed;
-    };
-    std::atomic<bool> any_changed{changed};
-    parallel::forRanges(executor, above_parts_.size() - 1, kGrain,
-                        [&](std::size_t from, std::size_t to) {
-                          for (std::size_t i = from; i < to; ++i) {
-                            // It does not depend on other parts, and so not on the threads.
-                            if (visitPart(above_parts_[i + 1], changed)) any_changed = true;
-                          }
-                        });
-    visitPart(above_parts_.front(), any_changed);
+    constexpr std::size_t kMostTasks = 256;
+    std::size_t first = 0;
+    for (const std::int32_t end : above_batches_) {
+      const std::size_t count = static_cast<std::size_t>(end) - first;
+      std::atomic<bool> any_changed{changed};
+      parallel::forRanges(
+          executor, count, count / kMostTasks + 1, [&](std::size_t from, std::size_t to) {
+            for (std::size_t unit = first + from; unit < first + to; ++unit) {
+              // It does not depend on other units, and so not on the threads.
+              bool unit_changed = changed;
+              for (auto i = unit > 0 ? above_units_[unit - 1] : 0; i < above_units_[unit]; ++i) {
+                unit_changed = visit(above_chunks_[static_cast<std::size_t>(i)], unit_changed);
+              }
+              if (unit_changed) any_changed.store(true, std::memory_order_relaxed);
+            }
+          });
+      changed = any_changed;
+      first = static_cast<std::size_t>(end);
+    }
   }
 
   /// Calls visit(node, lane, child) for all children, on all threads.
@@ -370,8 +400,11 @@ class Bvh {
   Hierarchy hierarchy_;
   std::vector<NodeRange> chunks_;
   std::vector<std::int32_t> above_chunks_;  ///< the nodes of more than kChunk leaves
-  /// Ranges of above_chunks_: the nodes near the root, and then those of each part.
-  std::vector<NodeRange> above_parts_;
+  // They are fitted in units, which are nodes in a row, and these in batches. The units of a batch
+  // do not depend on each other: those of all parts, and then one for each node near the root, a
+  // level at a time.
+  std::vector<std::int32_t> above_units_;    ///< where each ends in above_chunks_
+  std::vector<std::int32_t> above_batches_;  ///< where each ends in above_units_
 
   // By id from first_id_ on: kArity times the node above, plus the lane. Empty until it is needed.
   SegmentId first_id_ = 0;

@@ -155,7 +155,7 @@ struct TopologyParts {
     top[static_cast<std::size_t>(parent)].children[lane] = child;
   }
 
-  std::vector<Node> top;  ///< as in the whole
+  std::vector<Node> top;  ///< as in the whole, level after level
   std::vector<Part> parts;
 };
 

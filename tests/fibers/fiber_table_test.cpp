@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "parallel/executor.h"
 #include "support/allocation_faults.h"
 #include "support/random.h"
 
@@ -31,7 +32,14 @@ class Model {
   void add(std::vector<double> lengths, bool has_neighbors, bool closed, Group group) {
     table_.startFiber({has_neighbors, closed, group});
     lengths.resize(lengths.size() + static_cast<std::size_t>(ids_behind_));
-    for (const double length : lengths) table_.addId(length);
+    if (add_at_once_ = !add_at_once_) {
+      table_.addIds(static_cast<SegmentId>(lengths.size()));
+      if (table_.hasArcLengths()) {
+        table_.setLengths(table_.fiberCount() - 1, [&](std::size_t i) { return lengths[i]; });
+      }
+    } else {
+      for (const double length : lengths) table_.addId(length);
+    }
     fibers_.push_back({next_number_++, std::move(lengths), has_neighbors, closed, group});
   }
   /// Those of which the number is not in the set.
@@ -152,7 +160,39 @@ class Model {
   FiberTable table_;
   std::vector<Fiber> fibers_;
   std::size_t next_number_ = 0;
+  bool add_at_once_ = false;  // or one by one
 };
+
+// Threads that list the segments of a scene would leave some out or take what is none.
+TEST(FiberTable, SegmentsAreThoseFromTheFirstOn) {
+  Random random(72);
+  for (const bool has_rules : {false, true}) {
+    for (const SegmentId ids_behind : {0, 1}) {
+      FiberTable table(NeighborRule(1), ids_behind);
+      if (ids_behind == 1) table.addGap(5);
+      for (int f = 0; f < 3000; ++f) {
+        FiberTable::Kind kind;
+        kind.group = static_cast<Group>(f % 4);
+        if (has_rules) kind.roots = static_cast<SegmentId>(random.below(5));
+        if (has_rules && f % 3 == 0) kind.categories = {2, 4};
+        table.startFiber(kind);
+        table.addIds(static_cast<SegmentId>(f == 1000 ? 40000 : random.below(30)));
+        if (f % 10 == 0) table.addGap(static_cast<SegmentId>(random.below(3)));
+      }
+      const tree::Fibers expected = table.segmentsFrom(0, [](SegmentId) { return true; });
+      ASSERT_EQ(expected.meets.empty(), !has_rules);
+      for (const int threads : {1, 2, 3}) {
+        const auto executor = parallel::makeExecutor(threads);
+        const tree::Fibers found = table.segments(executor.get());
+        EXPECT_EQ(found.ids, expected.ids);
+        EXPECT_EQ(found.begin, expected.begin);
+        EXPECT_EQ(found.groups, expected.groups);
+        EXPECT_EQ(found.meets, expected.meets);
+      }
+    }
+  }
+  EXPECT_TRUE(FiberTable(NeighborRule(1)).segments(nullptr).ids.empty());
+}
 
 /// Multiples of 1/4, whose sums are exact.
 std::vector<double> lengthsOf(Random& random, std::size_t count) {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "parallel/executor.h"
 #include "support/random.h"
 #include "support/segments.h"
 #include "support/tree_segments.h"
@@ -432,6 +433,70 @@ TEST(Bundle, DoesNotDependOnTheOrderOfFibers) {
     return sum;
   };
   EXPECT_NEAR(cost(shuffled), cost(scene.segments), 0.02 * cost(scene.segments));
+}
+
+/// Fibers of these lengths with groups and categories.
+Fibers withRules(Fibers fibers) {
+  for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
+    fibers.groups.push_back(static_cast<Group>(f / 5 % 4));
+    for (std::int32_t i = fibers.begin[f]; i < fibers.begin[f + 1]; ++i) {
+      fibers.meets.push_back(i % 9 == 0 ? kNoCategories
+                                        : Categories{1u << f % 7, 1u << i / 100 % 11});
+    }
+  }
+  return fibers;
+}
+
+TEST(Bundle, IsTheSameForAnyNumberOfThreads) {
+  // If this fails, pairs or their order depend on how many threads a program has.
+  std::vector<int> long_among_short(9000, 1);
+  long_among_short.insert(long_among_short.begin() + 4000, 30000);
+  std::vector<int> mixed;
+  Random random(14);
+  for (int f = 0; f < 12000; ++f) mixed.push_back(static_cast<int>(random.below(6)));
+  const std::vector<std::vector<int>> scenes = {{},
+                                                {1},
+                                                {4097},
+                                                {60000},
+                                                std::vector<int>(40000, 1),  // split across alone
+                                                std::vector<int>(6000, 12),
+                                                std::vector<int>(10, 5000),
+                                                long_among_short,
+                                                mixed};
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    Strands scene = strands(scenes[s], 15 + s);
+    scene.fibers = withRules(std::move(scene.fibers));
+    for (const bool are_alike : {false, true}) {
+      // Keys that differ by their positions alone.
+      if (are_alike) std::fill(scene.segments.begin(), scene.segments.end(), Segment{{}, {}, 1});
+      const Topology<8> expected = bundleOf(scene.fibers, scene.segments);
+      expectInvariants(expected, scene.fibers);
+      for (const int threads : {2, 3, 8}) {
+        SCOPED_TRACE(testing::Message() << "scene " << s << ", threads " << threads);
+        const auto executor = parallel::makeExecutor(threads);
+        std::vector<Middle> middles;
+        for (const SegmentId id : scene.fibers.ids) {
+          middles.push_back(middleOf(scene.segments[static_cast<std::size_t>(id)]));
+        }
+        const Topology<8> found = bundle(scene.fibers, middles, executor.get());
+        EXPECT_TRUE(areEqual(found, expected));
+        EXPECT_EQ(found.groups, expected.groups);
+        EXPECT_EQ(found.meets, expected.meets);
+      }
+    }
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+TEST(Bundle, HasManyPartsOfAboutOneSize) {
+  // If this fails, a few large parts keep most threads waiting during a build.
+  const Strands scene = strands(std::vector<int>(1000, 300), 25);
+  std::vector<Middle> middles;
+  for (const Segment& segment : scene.segments) middles.push_back(middleOf(segment));
+  const TopologyParts<8> whole = bundleInParts(scene.fibers, middles.data(), nullptr);
+  EXPECT_GE(whole.parts.size(), 64u);
+  EXPECT_LT(whole.top.size(), whole.parts.size());
+  for (const auto& part : whole.parts) EXPECT_LE(part.subtree.leaves.size(), 4096u);
 }
 
 /// Slot by slot, from the leaves below.
