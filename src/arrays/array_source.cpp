@@ -91,6 +91,30 @@ void forFibers(const FiberArrays<S>& fibers, std::size_t begin, std::size_t end,
   }
 }
 
+/// Throws if a fiber ends before it begins or after the next one begins.
+template <typename S>
+void requireOrder(const char* call, const FiberArrays<S>& fibers, parallel::Executor* executor) {
+  const std::size_t* const begin = fibers.point_begin;
+  const std::size_t* const ends = fibers.point_end;
+  const auto isOrdered = [&](std::size_t f) {
+    return begin[f] <= begin[f + 1] &&
+           (ends == nullptr || (begin[f] <= ends[f] && ends[f] <= begin[f + 1]));
+  };
+  if (areAll(executor, fibers.fiber_count, isOrdered)) return;
+  std::size_t f = 0;
+  while (isOrdered(f)) ++f;
+  if (begin[f + 1] < begin[f]) {
+    throwInvalidArgument(call, "point_begin descends at fiber " + std::to_string(f) + " from " +
+                                   std::to_string(begin[f]) + " to " +
+                                   std::to_string(begin[f + 1]) +
+                                   "; each number must be at least the one before");
+  }
+  throwInvalidArgument(call, "point_end of fiber " + std::to_string(f) + " is " +
+                                 std::to_string(ends[f]) + "; give a number from " +
+                                 std::to_string(begin[f]) + ", where the fiber begins, to " +
+                                 std::to_string(begin[f + 1]) + ", where the next one does");
+}
+
 /// The larger of two numbers. NaN is larger than all.
 double larger(double p, double q) { return p >= q || std::isnan(p) ? p : q; }
 
@@ -160,22 +184,7 @@ double largestRadius(const char* call, const FiberArrays<S>& fibers, parallel::E
 template <typename S>
 double checkArrays(const char* call, const FiberArrays<S>& fibers, parallel::Executor* executor) {
   checkEnds(fibers, [call](const std::string& what) { throwInvalidArgument(call, what); });
-  const std::size_t* begin = fibers.point_begin;
-  for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
-    if (begin[f + 1] < begin[f]) {
-      throwInvalidArgument(call, "point_begin descends at fiber " + std::to_string(f) + " from " +
-                                     std::to_string(begin[f]) + " to " +
-                                     std::to_string(begin[f + 1]) +
-                                     "; each number must be at least the one before");
-    }
-    if (fibers.point_end == nullptr) continue;
-    if (const std::size_t end = fibers.point_end[f]; end < begin[f] || end > begin[f + 1]) {
-      throwInvalidArgument(call, "point_end of fiber " + std::to_string(f) + " is " +
-                                     std::to_string(end) + "; give a number from " +
-                                     std::to_string(begin[f]) + ", where the fiber begins, to " +
-                                     std::to_string(begin[f + 1]) + ", where the next one does");
-    }
-  }
+  requireOrder(call, fibers, executor);
   const double radius = largestRadius(call, fibers, executor);
   const std::size_t count = fibers.point_count;
   const double coordinate = largestOf(executor, count, [&](std::size_t first, std::size_t last) {
@@ -188,7 +197,7 @@ double checkArrays(const char* call, const FiberArrays<S>& fibers, parallel::Exe
   });
   if (!std::isfinite(coordinate)) {
     for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
-      requireFinite(call, fibers, begin[f], pointEnd(fibers, f));
+      requireFinite(call, fibers, fibers.point_begin[f], pointEnd(fibers, f));
     }
   }
   return std::max(radius, coordinate);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <string>
 
@@ -9,6 +10,7 @@
 #include "arrays/coordinates.h"
 #include "fibers/fiber_of.h"
 #include "geometry/segment.h"
+#include "parallel/executor.h"
 
 namespace fcl_fibers::arrays {
 
@@ -47,6 +49,20 @@ std::size_t radiusCount(const FiberArrays<S>& fibers) {
     default:
       return fibers.point_count > 0 ? 1 : 0;
   }
+}
+
+/// Whether is(i) is true for all i in [0, count).
+/// @param executor  null for one thread
+template <class Is>
+bool areAll(parallel::Executor* executor, std::size_t count, const Is& is) {
+  constexpr std::size_t kRange = 4096;
+  std::atomic<bool> are{true};
+  parallel::forRanges(executor, count, kRange, [&](std::size_t begin, std::size_t end) {
+    bool are_here = true;
+    for (std::size_t i = begin; i < end; ++i) are_here &= is(i);
+    if (!are_here) are.store(false, std::memory_order_relaxed);
+  });
+  return are;
 }
 
 /// Calls refuse(text), which throws, if an array is null or the ends of point_begin do not fit.

@@ -167,15 +167,15 @@ void FiberIndex::refit(const char* call, const ArraySource<S>& source) {
 
 template <typename S>
 bool FiberIndex::hasFibersOf(const FiberArrays<S>& fibers) const {
-  bool has_same_fibers = fibers.fiber_count == table_.fiberCount() &&
-                         fibers.point_count == static_cast<std::size_t>(table_.idCount());
-  const bool may_have_gaps = table_.hasGaps() || fibers.point_end != nullptr;
-  for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
-    has_same_fibers =
-        static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f] &&
-        (!may_have_gaps || static_cast<std::size_t>(table_.idsEnd(f)) == pointEnd(fibers, f));
+  if (fibers.fiber_count != table_.fiberCount() ||
+      fibers.point_count != static_cast<std::size_t>(table_.idCount())) {
+    return false;
   }
-  return has_same_fibers;
+  const bool may_have_gaps = table_.hasGaps() || fibers.point_end != nullptr;
+  return areAll(index_.executor(), table_.fiberCount(), [&](std::size_t f) {
+    return static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f] &&
+           (!may_have_gaps || static_cast<std::size_t>(table_.idsEnd(f)) == pointEnd(fibers, f));
+  });
 }
 
 const char* FiberIndex::problem(bool needs_capsules, bool needs_step) const {

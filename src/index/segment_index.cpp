@@ -75,7 +75,7 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
   begin_ = begin;
   end_ = end;
   now_.frame = frame;
-  now_.tree = Tree();  // its memory serves the next one
+  Tree last = std::exchange(now_.tree, Tree());
   // A source that is slow to read is read once, into segments that are freed after the build.
   const bool stores = keepsSegments() || source.isFasterInOrder();
   if (stores) now_.segments.reset(begin, end, fibers.ids, executor_.get());
@@ -84,6 +84,8 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
   const bool is_read = readRanges(
       source, frame, fibers.ids.size(),
       [&](std::size_t from, std::size_t to, Ids& ids) {
+        // Its memory serves the next one. To give it back takes a thread as long as many tasks.
+        if (from == 0) last = Tree();
         std::copy_n(fibers.ids.begin() + static_cast<std::ptrdiff_t>(from), to - from, ids.begin());
         return to - from;
       },

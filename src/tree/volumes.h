@@ -50,10 +50,12 @@ void visitVolumes(const Tree& tree, int depth, F&& visit) {
 /// when everything grows.
 template <class Tree>
 double looseness(const Tree& tree) {
-  constexpr std::size_t kSamples = 1024;
+  constexpr std::size_t kSamples = 1024, kAhead = 8;
   double nodes = 0, leaves = 0;
-  const std::size_t count = tree.nodes().size();
-  for (std::size_t i = 0; i < count; i += count / kSamples + 1) {
+  const std::size_t count = tree.nodes().size(), step = count / kSamples + 1;
+  for (std::size_t i = 0; i < count; i += step) {
+    const std::size_t next = std::min(i + kAhead * step, count - 1);
+    tree.prefetch(static_cast<std::int32_t>(next));
     const auto& node = tree.nodes()[i];
     for (int lane = 0; lane < node.child_count; ++lane) {
       const auto size = static_cast<double>(node.pack.get(lane).size());

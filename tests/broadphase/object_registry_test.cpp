@@ -154,7 +154,7 @@ class Model {
       const tree::Fibers fibers = registry_.fibersFrom(begin, [](SegmentId) { return true; });
       ASSERT_EQ(fibers.begin.front(), 0);
       ASSERT_EQ(fibers.begin.back(), static_cast<std::int32_t>(fibers.ids.size()));
-      std::vector<SegmentId> ids;
+      tree::SegmentIds ids;
       for (const auto& entry : expected) {
         const SegmentId id = registry_.find(entry.first);
         if (id >= begin) ids.push_back(id);
