@@ -721,7 +721,7 @@ FAULTS = [
           "behind_.data() + half + from - firsts[range];", "behind_.data() + half + from;",
           "tree_test"),
     Fault("a sample that misses the median is trusted", "tree/bundle.cpp",
-          "const std::int32_t left = rank - below;", "const std::int32_t left = rank;",
+          "const std::int32_t left = rank - below;", "const std::int32_t left = rank - below + 1;",
           "tree_test"),
     Fault("threads list segments from the wrong fiber on", "fibers/fiber_table.cpp",
           "begin_[f] + static_cast<SegmentId>(i) - fibers.begin[f];",

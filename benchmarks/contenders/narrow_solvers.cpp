@@ -157,7 +157,7 @@ class Filter {
  public:
   template <typename S>
   explicit Filter(const CapsuleObjects<S>& objects) {
-    std::vector<tree::SegmentId> ids;
+    tree::SegmentIds ids;
     for (std::size_t i = 0; i < objects.size(); ++i) ids.push_back(static_cast<int>(i));
     kept_.reset(0, static_cast<tree::SegmentId>(ids.size()), ids);
     // Near the origin of the frame that a manager chooses.

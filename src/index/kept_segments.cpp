@@ -20,7 +20,7 @@ void KeptSegments::reset(SegmentId begin, SegmentId end, const tree::SegmentIds&
     // usualUnit() passes over what is no segment, because it has no size.
     ends_.resize(2 * count_);
     parallel::forRanges(executor, ends_.size(), kRange, [&](std::size_t from, std::size_t to) {
-      std::fill(ends_.begin() + from, ends_.begin() + to, geometry::CapsuleEnd{});
+      std::fill(ends_.data() + from, ends_.data() + to, geometry::CapsuleEnd{});
     });
     return;
   }
