@@ -200,7 +200,7 @@ double checkArrays(const char* call, const FiberArrays<S>& fibers, parallel::Exe
       requireFinite(call, fibers, fibers.point_begin[f], pointEnd(fibers, f));
     }
   }
-  return std::max(radius, coordinate);
+  return larger(radius, coordinate);
 }
 
 template <typename S>
