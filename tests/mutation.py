@@ -648,7 +648,7 @@ FAULTS = [
           "registry_test arrays_test"),
     Fault("ids behind a fiber are segments", "fibers/fiber_table.h",
           "return idsEnd(fiber) - ids_behind_;", "return idsEnd(fiber);", "arrays_test"),
-    Fault("ends that are near each other are shared", "broadphase/manager_state.cpp",
+    Fault("ends that are near each other are shared", "broadphase/new_objects.cpp",
           "= 4 * double{", "= 8 * double{", "broadphase_test"),
     Fault("a force pushes both sides one way", "arrays/accumulate.cpp",
           "k < 2 ? -nodes.weights[k] : nodes.weights[k]", "nodes.weights[k]", "arrays_test"),

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "broadphase/new_objects.h"
 #include "joined_text.h"
 
 namespace fcl_fibers::broadphase {
@@ -12,34 +13,6 @@ namespace fcl_fibers::broadphase {
 using fibers::throwInvalidArgument;
 using geometry::Frame;
 using geometry::Segment;
-
-namespace {
-
-std::string nameOfPlace(SegmentId i) { return nameOf(static_cast<std::size_t>(i)); }
-
-/// Whether the two share an end point, within 4 ulp of the largest coordinate.
-template <typename S>
-bool shareEnd(const Segment& p, const Segment& q) {
-  const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
-  const double tolerance = 4 * double{std::numeric_limits<S>::epsilon()} * largest;
-  for (const auto& end : {p.a, p.b}) {
-    if (maxNorm(end - q.a) <= tolerance || maxNorm(end - q.b) <= tolerance) return true;
-  }
-  return false;
-}
-
-/// Reads one of the objects of a call in the world's frame, or throws RefusedObject.
-template <typename S>
-FCL_FIBERS_ALWAYS_INLINE Segment readNew(const char* call,
-                                         const std::vector<fcl::CollisionObject<S>*>& objects,
-                                         std::size_t i, Bounds bounds) {
-  if (objects[i] == nullptr) {
-    throwInvalidArgument(call, nameOf(i) + " is null; pass a pointer to an object");
-  }
-  return requireSegment(*objects[i], Frame{}, bounds, static_cast<SegmentId>(i));
-}
-
-}  // namespace
 
 template <typename S>
 SegmentId rootsOf(const char* call, const std::vector<fcl::CollisionObject<S>*>& fiber,
@@ -134,54 +107,27 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   refuseDuringQuery(call);
   // An obstacle with filters of its own neither continues a fiber nor is continued.
   const bool may_continue = kind.categories == tree::kAllCategories;
-  std::optional<Segment> last = may_continue ? last_registered_ : std::nullopt;
-  std::vector<bool> starts_fiber(added.size());
-  std::vector<double> lengths(options_.ignored_arc_length > 0 ? added.size() : 0);
-  std::vector<std::size_t> others;  // positions of objects other than capsules and spheres
-  // The build reads the objects again, and finds margins, which cannot make an object unreadable
-  // unless they overflow.
-  const bool has_shapes = options_.bounds != Bounds::kObjects;
+  const Segment* last = may_continue && last_registered_ ? &*last_registered_ : nullptr;
+  NewObjects<S> fresh(call, added, options_);
   named(call, nameOfPlace, [&] {
-    for (std::size_t i = 0; i < added.size(); ++i) {
-      prefetchObject<S>([&](std::size_t k) { return added[k]; }, i, added.size());
-      Segment segment = readNew(call, added, i, has_shapes ? Bounds::kShapes : Bounds::kObjects);
-      const ObjectKind its_kind = kindOf(*added[i]);
-      // If its box counts instead, there are no end points to compare, and nobody has checked the
-      // length.
-      if (!has_shapes && mayBeInFiber(its_kind)) segment = readNew(call, added, i, Bounds::kShapes);
-      if (!isRound(its_kind)) others.push_back(i);
-      if (!lengths.empty()) lengths[i] = lengthInFiber(*added[i]);
-      if (!kind.has_neighbors) {
-        const bool is_capsule = its_kind == ObjectKind::kCapsule;
-        starts_fiber[i] = !(is_capsule && last && shareEnd<S>(*last, segment));
-        last = is_capsule ? std::optional(segment) : std::nullopt;
-      } else if (!mayBeInFiber(its_kind)) {
-        throwInvalidArgument(call, nameOf(i) +
-                                       " is not a capsule, cylinder or box; register it by "
-                                       "registerObject()");
-      }
-    }
-    for (const std::size_t i : others) requireMesh(added, i, kind.is_solid);
+    fresh.read(kind.has_neighbors, last, generations_);
+    for (const std::size_t i : fresh.others) requireMesh(added, i, kind.is_solid);
   });
-  if (kind.has_neighbors) {
-    if (!added.empty()) starts_fiber[0] = true;
-    last.reset();
-  }
-  obstacles_.reserve(added, others);
+  if (!fresh.others.empty()) obstacles_.reserve(added, fresh.others);
   const SegmentId first = registry_.idCount();
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<SegmentId>::max()) / 2;
   if (added.size() > kMost - registry_.objects().size()) {
     throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
   }
-  if (const auto duplicate = registry_.add(added, starts_fiber, kind, lengths)) {
+  if (const auto duplicate = registry_.add(added, fresh.starts_fiber, kind, fresh.lengths)) {
     throwInvalidArgument(call,
                          nameOf(*duplicate) + " is registered already; register each object once");
   }
   if (added.empty()) return;
-  for (const std::size_t i : others) {
+  for (const std::size_t i : fresh.others) {
     obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, kind.is_solid);
   }
-  last_registered_ = may_continue ? last : std::nullopt;
+  last_registered_ = may_continue ? fresh.last : std::nullopt;
   if (!hasTree()) return;
   const auto young_ids = static_cast<std::size_t>(registry_.idCount() - generations_.youngBegin());
   if (young_ids - removed_young_ > Generations::mostYoung(registry_.size()) ||

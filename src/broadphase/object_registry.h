@@ -130,11 +130,12 @@ class ObjectRegistry {
 
   /// Appends objects. An object starts a fiber if its `starts_fiber` is set; else it continues the
   /// fiber of the object before.
+  /// @param starts_fiber  1 or 0; bytes, because several threads write them
   /// @param lengths  of the segments, if the table has arc lengths
   /// @return the position in `added` of an object that is repeated or managed already; then nothing
   ///         has changed
   std::optional<std::size_t> add(const std::vector<Object*>& added,
-                                 const std::vector<bool>& starts_fiber, const Kind& kind,
+                                 const std::vector<std::uint8_t>& starts_fiber, const Kind& kind,
                                  const std::vector<double>& lengths = {});
 
   /// Copies another registry, with objects[i] in place of its i-th object.
@@ -180,7 +181,7 @@ class ObjectRegistry {
 
 template <typename S>
 std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& added,
-                                                  const std::vector<bool>& starts_fiber,
+                                                  const std::vector<std::uint8_t>& starts_fiber,
                                                   const Kind& kind,
                                                   const std::vector<double>& lengths) {
   // Calls that may throw come first.
@@ -190,7 +191,7 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
     constexpr std::size_t kFew = 64;
     objects_.reserve(std::max(count + count / 128 + kFew, first + first / 2));
   }
-  const auto starts = std::count(starts_fiber.begin(), starts_fiber.end(), true);
+  const auto starts = std::count(starts_fiber.begin(), starts_fiber.end(), 1);
   fibers_.reserve(static_cast<std::size_t>(starts), added.size(), Kinds::of(kind));
   index_.reserve(count);
 
@@ -202,11 +203,11 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
     return i;
   }
   for (std::size_t i = 0; i < added.size();) {
-    if (starts_fiber[i]) fibers_.startFiber(kind);
+    if (starts_fiber[i] != 0) fibers_.startFiber(kind);
     const std::size_t begin = i;
     do {
       if (!lengths.empty()) fibers_.addId(lengths[i]);
-    } while (++i < added.size() && !starts_fiber[i]);
+    } while (++i < added.size() && starts_fiber[i] == 0);
     if (lengths.empty()) fibers_.addIds(static_cast<SegmentId>(i - begin));
   }
   size_ += added.size();

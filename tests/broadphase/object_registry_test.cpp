@@ -47,8 +47,8 @@ class Stock {
 };
 
 /// One fiber.
-std::vector<bool> oneFiber(std::size_t count) {
-  std::vector<bool> starts(count, false);
+std::vector<std::uint8_t> oneFiber(std::size_t count) {
+  std::vector<std::uint8_t> starts(count, false);
   if (count > 0) starts[0] = true;
   return starts;
 }
@@ -70,7 +70,7 @@ class Model {
   Registry& registry() { return registry_; }
   const std::map<Object*, Record>& records() const { return records_; }
 
-  std::optional<std::size_t> add(const Objects& added, const std::vector<bool>& starts,
+  std::optional<std::size_t> add(const Objects& added, const std::vector<std::uint8_t>& starts,
                                  bool declared, tree::Group group = tree::kNoGroup) {
     const auto duplicate = registry_.add(added, starts, {declared, false, group});
     if (duplicate) return duplicate;
@@ -222,7 +222,7 @@ TEST(ObjectRegistry, IsTheModelUnderRandomUse) {
             added.push_back(object);
           }
         }
-        std::vector<bool> starts = oneFiber(added.size());
+        std::vector<std::uint8_t> starts = oneFiber(added.size());
         const bool declared = random.below(2) == 0;
         for (std::size_t i = 1; i < added.size() && !declared; ++i)
           starts[i] = random.below(3) == 0;
@@ -408,7 +408,7 @@ TEST(ObjectRegistry, RemovingOneByOneIsLinear) {
   const Stock stock(20000);
   Registry registry(0);
   ASSERT_FALSE(
-      registry.add(stock.range(0, stock.size()), std::vector<bool>(stock.size(), true), {}));
+      registry.add(stock.range(0, stock.size()), std::vector<std::uint8_t>(stock.size(), true), {}));
   int renumberings = 0;
   std::size_t ids = registry.objects().size();
   for (std::size_t i = 0; i < stock.size(); ++i) {

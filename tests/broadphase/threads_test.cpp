@@ -177,6 +177,93 @@ TYPED_TEST(Threads, OfBrokenObjectsTheFirstIsNamed) {
   EXPECT_TRUE(selfPairs<S>(*manager) == all);
 }
 
+// A fiber would be cut where another thread goes on, or what stands among fibers be mixed up.
+TYPED_TEST(Threads, ManyAreRegisteredAtOnceByAnyNumber) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> posts;
+  typename Managed<TypeParam>::Objects loose, fiber;
+  std::vector<std::size_t> numbers;
+  for (const auto& strand : this->hair_.fibers()) {
+    fiber.insert(fiber.end(), strand.begin(), strand.end());
+    loose.insert(loose.end(), strand.begin(), strand.end());
+    for (std::size_t i = 0; i < strand.size(); ++i) numbers.push_back(i);
+    const double height = 0.04 * static_cast<double>(posts.size()) - 1;
+    loose.push_back(posts.addBox({0, 0, height}, Eigen::Quaterniond::Identity(), {0.1, 0.1, 0.02}));
+    if (posts.size() % 8 == 1) loose.push_back(posts.addHalfspace({0, 0, 1}, height));
+    numbers.resize(loose.size(), 0);
+  }
+  std::vector<Calls<S>> of_loose, of_fiber;
+  for (const int threads : kThreads) {
+    SCOPED_TRACE(threads);
+    Managed<TypeParam> manager(this->options(threads));
+    manager.registerObjects(loose);
+    for (std::size_t i = 0; i < loose.size(); ++i) {
+      ASSERT_EQ(manager->fiberSegment(loose[i]).number, numbers[i]) << i;
+    }
+    of_loose.push_back(selfPairs<S>(*manager));
+    EXPECT_TRUE(of_loose.back() == of_loose.front());
+
+    Managed<TypeParam> of_one(this->options(threads));
+    of_one.registerFiber(fiber);
+    for (std::size_t i = 0; i < fiber.size(); ++i) {
+      ASSERT_EQ(of_one->fiberSegment(fiber[i]).number, i);
+    }
+    of_fiber.push_back(selfPairs<S>(*of_one));
+    EXPECT_TRUE(of_fiber.back() == of_fiber.front());
+  }
+  EXPECT_GT(of_loose[0].size(), of_fiber[0].size());
+  EXPECT_GT(of_fiber[0].size(), fiber.size());
+}
+
+// The error would be of the object that some thread came across first, or half of a call would
+// stay.
+TYPED_TEST(Threads, OfManyNewObjectsTheFirstThatIsRefusedIsNamed) {
+  using S = typename TypeParam::Scalar;
+  using Objects = typename Managed<TypeParam>::Objects;
+  Objects good = this->hair_.objects();
+  fcl::CollisionObject<S>* const sphere = good[4800];
+  good.resize(4800);
+  Scene<S> others = soupScene<S>(1, 0.3, 155);
+  fcl::Transform3<S> nowhere = others[0]->getTransform();
+  nowhere.translation().x() = std::numeric_limits<S>::quiet_NaN();
+  others[0]->setTransform(nowhere);
+
+  std::vector<Managed<TypeParam>> managers;
+  for (const int threads : kThreads) {
+    managers.emplace_back(this->options(threads));
+    managers.back().registerFiber(this->scarf_.fibers()[0]);
+  }
+  using Places = std::vector<std::pair<std::size_t, fcl::CollisionObject<S>*>>;
+  const auto expectRefused = [&](const Places& bad, const std::string& text,
+                                 bool as_fiber = false) {
+    Objects objects = good;
+    for (const auto& [place, object] : bad) objects[place] = object;
+    for (const auto& manager : managers) {
+      SCOPED_TRACE(text);
+      expectRefusal([&] { manager->registerFiber(objects); }, "registerFiber: object " + text);
+      if (!as_fiber) {
+        expectRefusal([&] { manager->registerObjects(objects); },
+                      "registerObjects: object " + text);
+      }
+      EXPECT_EQ(manager->size(), this->scarf_.fibers()[0].size());
+    }
+  };
+  expectRefused({{4100, nullptr}, {1030, nullptr}}, "1030 is null");
+  expectRefused({{4799, others[0]}, {512, others[0]}}, "512: its pose is NaN");
+  expectRefused({{511, others[0]}, {512, nullptr}}, "511: its pose is NaN");
+  expectRefused({{3000, nullptr}, {2999, sphere}}, "2999 is not a capsule", /*as_fiber=*/true);
+  expectRefused({{4000, good[0]}, {3000, good[4799]}, {100, good[3500]}},
+                "3500 is registered already");
+  expectRefused({{4000, good[1]}, {3990, good[1]}, {2, good[1]}}, "2 is registered already");
+  expectRefused({{2000, this->scarf_[0]}, {2500, good[0]}}, "2000 is registered already");
+  // Nothing of those calls has stayed.
+  for (const auto& manager : managers) {
+    manager->registerFiber(good);
+    EXPECT_EQ(manager->fiberSegment(good[4799]).fiber, 1u);
+    EXPECT_TRUE(selfPairs<S>(*manager) == selfPairs<S>(*managers[0]));
+  }
+}
+
 // Two of the user's own threads would disturb each other, the more so in the first query, which
 // builds the tree.
 TYPED_TEST(Threads, SeveralOfTheUsersMayQueryAtOnce) {

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/new_objects.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using geometry::Frame;
+using geometry::Segment;
+
+/// Whether the two share an end point, within 4 ulp of the largest coordinate.
+template <typename S>
+bool shareEnd(const Segment& p, const Segment& q) {
+  const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
+  const double tolerance = 4 * double{std::numeric_limits<S>::epsilon()} * largest;
+  for (const auto& end : {p.a, p.b}) {
+    if (maxNorm(end - q.a) <= tolerance || maxNorm(end - q.b) <= tolerance) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+template <typename S>
+NewObjects<S>::NewObjects(const char* call, const std::vector<Object*>& objects,
+                          const FiberManagerOptions& options)
+    : starts_fiber(objects.size()),
+      lengths(options.ignored_arc_length > 0 ? objects.size() : 0),
+      call_(call),
+      objects_(objects),
+      bounds_(options.bounds == Bounds::kObjects ? Bounds::kObjects : Bounds::kShapes) {}
+
+template <typename S>
+void NewObjects<S>::read(bool is_fiber, const Segment* before, const Generations& threads) {
+  if (is_fiber && !objects_.empty()) starts_fiber[0] = 1;
+  // A task takes some hundredths of a millisecond.
+  constexpr std::size_t kRange = 512;
+  if (objects_.size() <= kRange) return readRange(0, objects_.size(), is_fiber, before);
+  threads.forRanges(objects_.size(), kRange, [&](std::size_t begin, std::size_t end) {
+    try {
+      if (begin == 0 || is_fiber) return readRange(begin, end, is_fiber, before);
+      const std::optional<Segment> capsule = capsuleAt(begin - 1);
+      readRange(begin, end, is_fiber, capsule ? &*capsule : nullptr);
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (error_ != nullptr && refused_ < begin) return;
+      refused_ = begin;
+      error_ = std::current_exception();
+    }
+  });
+  if (error_ != nullptr) std::rethrow_exception(error_);
+  std::sort(others.begin(), others.end());
+}
+
+/// One that was read by another range, or will be refused there.
+template <typename S>
+std::optional<Segment> NewObjects<S>::capsuleAt(std::size_t place) const {
+  const Object* object = objects_[place];
+  if (object == nullptr || kindOf(*object) != ObjectKind::kCapsule) return std::nullopt;
+  return readNew(call_, objects_, place, Bounds::kShapes);
+}
+
+template <typename S>
+void NewObjects<S>::readRange(std::size_t begin, std::size_t end, bool is_fiber,
+                              const Segment* before) {
+  constexpr std::size_t kBlock = index::SegmentBlock::kCapacity;
+  std::optional<Segment> previous;
+  if (before != nullptr) previous = *before;
+  std::vector<std::size_t> others_here;
+  index::SegmentBlock block;
+  for (std::size_t from = begin; from < end; from += kBlock) {
+    const std::size_t to = std::min(from + kBlock, end);
+    // Many together are read faster. If that fails, the first that is refused is looked for.
+    const bool are_read =
+        to - from > 1 && readTogether(from, to, std::min(to + kBlock, end), block);
+    for (std::size_t i = from; i < to; ++i) {
+      Segment segment =
+          are_read ? block[static_cast<int>(i - from)] : readNew(call_, objects_, i, bounds_);
+      const ObjectKind kind = kindOf(*objects_[i]);
+      // If its box counts instead, there are no end points to compare, and nobody has checked the
+      // length.
+      if (bounds_ == Bounds::kObjects && mayBeInFiber(kind)) {
+        segment = readNew(call_, objects_, i, Bounds::kShapes);
+      }
+      if (!isRound(kind)) others_here.push_back(i);
+      if (!lengths.empty()) lengths[i] = lengthInFiber(*objects_[i]);
+      if (!is_fiber) {
+        const bool is_capsule = kind == ObjectKind::kCapsule;
+        starts_fiber[i] = !(is_capsule && previous && shareEnd<S>(*previous, segment));
+        previous = is_capsule ? std::optional(segment) : std::nullopt;
+      } else if (!mayBeInFiber(kind)) {
+        fibers::throwInvalidArgument(
+            call_,
+            nameOf(i) + " is not a capsule, cylinder or box; register it by registerObject()");
+      }
+    }
+  }
+  if (end == objects_.size() && !is_fiber) last = previous;
+  if (others_here.empty()) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  others.insert(others.end(), others_here.begin(), others_here.end());
+}
+
+/// Reads [begin, end) and prefetches up to `ahead`. Returns false if some are refused.
+template <typename S>
+bool NewObjects<S>::readTogether(std::size_t begin, std::size_t end, std::size_t ahead,
+                                 index::SegmentBlock& block) const {
+  std::array<SegmentId, 2 * index::SegmentBlock::kCapacity> ids;
+  std::iota(ids.begin(), ids.begin() + (ahead - begin), static_cast<SegmentId>(begin));
+  const auto count = static_cast<int>(end - begin);
+  index::BlockMask present;
+  const ObjectSource<S> source(call_, objects_, bounds_);
+  return source.read(ids.data(), count, static_cast<int>(ahead - end), Frame{}, block, present) &&
+         present == geometry::firstOfBlock(count);
+}
+
+template class NewObjects<float>;
+template class NewObjects<double>;
+
+}  // namespace fcl_fibers::broadphase
