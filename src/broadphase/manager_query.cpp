@@ -76,7 +76,7 @@ class Search final : index::PairSink, index::NearestSink {
   /// @param others  the registry of the partners, or null if object_ is the only one
   void setOthers(const Registry* others, SegmentId young_begin = Registry::kNotFound) {
     others_ = others;
-    rules_ = PairRules<S>(state_.registry(), others, young_begin);
+    rules_.emplace(state_.registry(), others, young_begin);
   }
   /// @param own    of the manager that is asked
   /// @param other  of the same manager or of another one, or one object
@@ -85,6 +85,7 @@ class Search final : index::PairSink, index::NearestSink {
     second_ = other;
     test_ = own_.countsShapes() || test != Test::kShapes ? test : Test::kNothing;
     is_plain_ = test_ == Test::kNothing && first_.isTree() && second_.isTree();
+    sifts_ = true;
     searched_ = &own_;
     seen_.reset();
   }
@@ -104,17 +105,44 @@ class Search final : index::PairSink, index::NearestSink {
   Visit searchBeside(const Partner<S>& one, const Scene<S>& scene);
   Visit searchTreeBesideOwn(const Scene<S>& theirs);
 
-  /// Whether the callback ends the query.
+  /// An object that is found, or the one that is asked about.
+  Object* partner(SegmentId b) const { return others_ != nullptr ? (*others_)[b] : object_; }
+  /// Whether the rules report a pair.
   /// @tparam kIsPlain  see is_plain_
   template <bool kIsPlain>
-  bool pair(SegmentId found, SegmentId second);
+  bool isReported(SegmentId found, SegmentId second) const;
+  /// Whether the callback ends the query.
+  /// @pre isReported()
+  template <bool kIsPlain>
+  bool handOn(SegmentId found, SegmentId second);
+  bool pair(SegmentId found, SegmentId second) {
+    if (seen_ && !seen_->insert(found).second) return false;
+    return isReported<false>(found, second) && handOn<false>(found, second);
+  }
   bool mayTouch(SegmentId found, SegmentId second) const;
 
+  // The rules come first: they are quick, and leave out the many neighbours. All threads ask them.
+  std::size_t sift(tree::Pair* pairs, geometry::Impact* impacts, std::size_t count) const override {
+    return !sifts_     ? count
+           : is_plain_ ? sift<true>(pairs, impacts, count)
+                       : sift<false>(pairs, impacts, count);
+  }
+  template <bool kIsPlain>
+  std::size_t sift(tree::Pair* pairs, geometry::Impact* impacts, std::size_t count) const {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!isReported<kIsPlain>(pairs[i].a, pairs[i].b)) continue;
+      if (impacts != nullptr) impacts[kept] = impacts[i];
+      pairs[kept++] = pairs[i];
+    }
+    return kept;
+  }
   Visit take(const index::PairRun& run) override {
     // Most scenes have only capsules, and pay for no more than the rules.
-    const bool is_plain = is_plain_;
+    const bool is_plain = is_plain_, sifts = sifts_;
     for (const tree::Pair* found = run.pairs; found != run.pairs + run.count; ++found) {
-      if (is_plain ? pair<true>(found->a, found->b) : pair<false>(found->a, found->b)) {
+      const SegmentId a = found->a, b = found->b;
+      if (is_plain ? handOn<true>(a, b) : sifts ? handOn<false>(a, b) : pair(a, b)) {
         return Visit::kStop;
       }
     }
@@ -129,7 +157,7 @@ class Search final : index::PairSink, index::NearestSink {
   double limit() const override { return reachIn(searched_->state()); }
   const index::SegmentSource* source() const override { return &searched_->source(); }
   Visit visit(SegmentId a, SegmentId b, double& nearer_than) override {
-    const bool stop = pair<false>(a, b);
+    const bool stop = pair(a, b);
     nearer_than = limit();
     return stop ? Visit::kStop : Visit::kContinue;
   }
@@ -151,21 +179,26 @@ class Search final : index::PairSink, index::NearestSink {
   Test test_ = Test::kNothing;
   const Scene<S>* searched_ = nullptr;
   bool is_plain_ = false;  ///< whether its pairs have ids, about which the rules alone decide
+  bool sifts_ = true;  ///< whether sift() asks the rules; otherwise one pair of a segment is enough
   std::optional<std::unordered_set<SegmentId>> seen_;  ///< if it hands on some several times
 };
 
 template <typename S>
 template <bool kIsPlain>
-bool Search<S>::pair(SegmentId found, SegmentId second) {
-  if (!kIsPlain && seen_ && !seen_->insert(found).second) return false;
+FCL_FIBERS_ALWAYS_INLINE bool Search<S>::isReported(SegmentId found, SegmentId second) const {
   if (!kIsPlain && first_.one != nullptr) std::swap(found, second);
+  const SegmentId b = kIsPlain ? second : second_.id(second);
+  return rules_->report(kIsPlain ? found : first_.id(found), b, partner(b));
+}
+
+template <typename S>
+template <bool kIsPlain>
+FCL_FIBERS_ALWAYS_INLINE bool Search<S>::handOn(SegmentId found, SegmentId second) {
+  if (!kIsPlain && first_.one != nullptr) std::swap(found, second);
+  if (!kIsPlain && test_ != Test::kNothing && !mayTouch(found, second)) return false;
   const SegmentId a = kIsPlain ? found : first_.id(found),
                   b = kIsPlain ? second : second_.id(second);
-  Object* partner = others_ != nullptr ? (*others_)[b] : object_;
-  // The rules come first: they are quick, and leave out the many neighbours.
-  if (!rules_->report(a, b, partner)) return false;
-  if (!kIsPlain && test_ != Test::kNothing && !mayTouch(found, second)) return false;
-  Object *one = state_.registry()[a], *other = partner;
+  Object *one = state_.registry()[a], *other = partner(b);
   if (is_self_ && a > b) std::swap(one, other);
   return query_.is_for_distances ? query_.distance(one, other, query_.cdata, least_)
                                  : query_.collision(one, other, query_.cdata);
@@ -205,6 +238,7 @@ Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Sce
   searched_ = &in;
   const Generations& segments = in.state().generations();
   if (one.mesh != nullptr) {
+    sifts_ = false;
     if (moves_ || query_.is_for_distances) seen_.emplace();
     const double margin = state_.options().margin;
     return moves_ ? segments.searchMesh(*in.state().movingMesh(*one.mesh), margin, sink_)
@@ -236,7 +270,7 @@ Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Sce
   };
   if (segments.keepsSegments()) test_ = Test::kSegmentsAndShapes;
   return segments.visitNear(moves_, isNear, [&](SegmentId found) {
-    return pair<false>(found, 0) ? Visit::kStop : Visit::kContinue;
+    return pair(found, 0) ? Visit::kStop : Visit::kContinue;
   });
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include <fcl/broadphase/broadphase_collision_manager.h>
@@ -65,7 +66,7 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
 
 /// Decides which pairs of an object a of a manager and a partner b are reported. It leaves out
 /// removed objects, an object with itself, neighbours along a fiber, pairs of one group, and a
-/// fiber and an obstacle that it does not meet.
+/// fiber and an obstacle that it does not meet. Several threads may ask.
 template <typename S>
 class PairRules {
  public:
@@ -85,7 +86,8 @@ class PairRules {
                             (others != nullptr && others->fibers().hasObstacleRules())),
         ignores_neighbors_(registry.fibers().hasNeighbors()),
         has_groups_(registry.fibers().hasGroups()),
-        has_own_rules_(ignores_neighbors_ || has_groups_) {}
+        has_own_rules_(ignores_neighbors_ || has_groups_),
+        are_neighbors_(registry.fibers()) {}
 
   /// @param partner  the object b
   FCL_FIBERS_ALWAYS_INLINE bool report(SegmentId a, SegmentId b, const Object* partner) const {
@@ -95,7 +97,7 @@ class PairRules {
     SegmentId id = b;
     if (others_ == registry_ ||
         (has_own_rules_ && (id = registry_->find(partner)) != Registry::kNotFound)) {
-      if (ignores_neighbors_ && registry_->fibers().areNeighbors(a, id)) return false;
+      if (ignores_neighbors_ && are_neighbors_(std::min(a, id), std::max(a, id))) return false;
       if (has_groups_ && !isLeftOut(a, id) && registry_->fibers().shareGroup(a, id)) return false;
     }
     return !has_obstacle_rules_ || mayMeet(a, b);
@@ -117,6 +119,7 @@ class PairRules {
   const Registry* others_;
   SegmentId young_begin_;
   bool has_obstacle_rules_, ignores_neighbors_, has_groups_, has_own_rules_;
+  fibers::FiberTable::NeighborTest are_neighbors_;
 };
 
 }  // namespace fcl_fibers::broadphase
