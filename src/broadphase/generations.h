@@ -196,11 +196,6 @@ class Generations {
 
   /// The threads of a query; null for one.
   parallel::Executor* executor() const { return main_.executor(); }
-  /// See SegmentIndex.
-  void forRanges(std::size_t count, std::size_t grain,
-                 parallel::FunctionRef<std::size_t, std::size_t> visit) const {
-    main_.forRanges(count, grain, visit);
-  }
 
   std::size_t memoryUsage() const { return main_.memoryUsage() + young_.memoryUsage(); }
 

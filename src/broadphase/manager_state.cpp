@@ -81,7 +81,7 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
       ++i;
     }
   });
-  if (const auto duplicate = registry_.copy(original.registry_, objects)) {
+  if (const auto duplicate = registry_.copy(original.registry_, objects, generations_.executor())) {
     throwInvalidArgument(call, nameOf(*duplicate) + " is passed twice; pass each object once");
   }
   if (!original.hasTree() || !has_same_segments) return;
@@ -110,7 +110,7 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   const Segment* last = may_continue && last_registered_ ? &*last_registered_ : nullptr;
   NewObjects<S> fresh(call, added, options_);
   named(call, nameOfPlace, [&] {
-    fresh.read(kind.has_neighbors, last, generations_);
+    fresh.read(kind.has_neighbors, last, generations_.executor());
     for (const std::size_t i : fresh.others) requireMesh(added, i, kind.is_solid);
   });
   if (!fresh.others.empty()) obstacles_.reserve(added, fresh.others);
@@ -119,7 +119,8 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   if (added.size() > kMost - registry_.objects().size()) {
     throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
   }
-  if (const auto duplicate = registry_.add(added, fresh.starts_fiber, kind, fresh.lengths)) {
+  if (const auto duplicate =
+          registry_.add(added, fresh.starts_fiber, kind, fresh.lengths, generations_.executor())) {
     throwInvalidArgument(call,
                          nameOf(*duplicate) + " is registered already; register each object once");
   }

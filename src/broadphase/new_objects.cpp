@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <limits>
+#include <mutex>
 #include <numeric>
 
 namespace fcl_fibers::broadphase {
@@ -15,8 +17,11 @@ using geometry::Segment;
 /// Whether the two share an end point, within 4 ulp of the largest coordinate.
 template <typename S>
 bool shareEnd(const Segment& p, const Segment& q) {
+  constexpr double kTolerance = 4 * double{std::numeric_limits<S>::epsilon()};
+  // Most capsules begin where the one before ends, which takes the shortest test.
+  if (maxNorm(q.a - p.b) <= kTolerance * maxNorm(q.a)) return true;
   const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
-  const double tolerance = 4 * double{std::numeric_limits<S>::epsilon()} * largest;
+  const double tolerance = kTolerance * largest;
   for (const auto& end : {p.a, p.b}) {
     if (maxNorm(end - q.a) <= tolerance || maxNorm(end - q.b) <= tolerance) return true;
   }
@@ -35,24 +40,37 @@ NewObjects<S>::NewObjects(const char* call, const std::vector<Object*>& objects,
       bounds_(options.bounds == Bounds::kObjects ? Bounds::kObjects : Bounds::kShapes) {}
 
 template <typename S>
-void NewObjects<S>::read(bool is_fiber, const Segment* before, const Generations& threads) {
+void NewObjects<S>::read(bool is_fiber, const Segment* before, parallel::Executor* executor) {
   if (is_fiber && !objects_.empty()) starts_fiber[0] = 1;
   // A task takes some hundredths of a millisecond.
   constexpr std::size_t kRange = 512;
-  if (objects_.size() <= kRange) return readRange(0, objects_.size(), is_fiber, before);
-  threads.forRanges(objects_.size(), kRange, [&](std::size_t begin, std::size_t end) {
+  if (executor == nullptr || objects_.size() <= kRange) {
+    return readRange(0, objects_.size(), is_fiber, before, others);
+  }
+  std::mutex mutex;  // of `others` and what is below
+  std::exception_ptr error;
+  std::size_t refused = objects_.size();  // where the first range begins that has an error
+  parallel::forRanges(executor, objects_.size(), kRange, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::size_t> others_here;
+    std::exception_ptr error_here;
     try {
-      if (begin == 0 || is_fiber) return readRange(begin, end, is_fiber, before);
-      const std::optional<Segment> capsule = capsuleAt(begin - 1);
-      readRange(begin, end, is_fiber, capsule ? &*capsule : nullptr);
+      std::optional<Segment> capsule;
+      if (begin > 0 && !is_fiber) capsule = capsuleAt(begin - 1);
+      readRange(begin, end, is_fiber,
+                begin == 0 ? before
+                : capsule  ? &*capsule
+                           : nullptr,
+                others_here);
     } catch (...) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (error_ != nullptr && refused_ < begin) return;
-      refused_ = begin;
-      error_ = std::current_exception();
+      error_here = std::current_exception();
     }
+    const std::lock_guard<std::mutex> lock(mutex);
+    others.insert(others.end(), others_here.begin(), others_here.end());
+    if (error_here == nullptr || refused < begin) return;
+    refused = begin;
+    error = error_here;
   });
-  if (error_ != nullptr) std::rethrow_exception(error_);
+  if (error != nullptr) std::rethrow_exception(error);
   std::sort(others.begin(), others.end());
 }
 
@@ -66,11 +84,10 @@ std::optional<Segment> NewObjects<S>::capsuleAt(std::size_t place) const {
 
 template <typename S>
 void NewObjects<S>::readRange(std::size_t begin, std::size_t end, bool is_fiber,
-                              const Segment* before) {
+                              const Segment* before, std::vector<std::size_t>& others_here) {
   constexpr std::size_t kBlock = index::SegmentBlock::kCapacity;
   std::optional<Segment> previous;
   if (before != nullptr) previous = *before;
-  std::vector<std::size_t> others_here;
   index::SegmentBlock block;
   for (std::size_t from = begin; from < end; from += kBlock) {
     const std::size_t to = std::min(from + kBlock, end);
@@ -100,9 +117,6 @@ void NewObjects<S>::readRange(std::size_t begin, std::size_t end, bool is_fiber,
     }
   }
   if (end == objects_.size() && !is_fiber) last = previous;
-  if (others_here.empty()) return;
-  const std::lock_guard<std::mutex> lock(mutex_);
-  others.insert(others.end(), others_here.begin(), others_here.end());
 }
 
 /// Reads [begin, end) and prefetches up to `ahead`. Returns false if some are refused.

@@ -3,8 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <exception>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,9 +11,9 @@
 
 #include <fcl_fibers/fiber_manager_options.h>
 
-#include "broadphase/generations.h"
 #include "broadphase/object_source.h"
 #include "geometry/segment.h"
+#include "parallel/executor.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -49,8 +47,8 @@ class NewObjects {
   /// @param is_fiber  whether they are one fiber. Otherwise a capsule that shares an end point with
   ///                  the capsule before continues its fiber.
   /// @param before    the capsule before the first one; null if that may not be continued
-  /// @param threads   they read
-  void read(bool is_fiber, const geometry::Segment* before, const Generations& threads);
+  /// @param executor  null for one thread
+  void read(bool is_fiber, const geometry::Segment* before, parallel::Executor* executor);
 
   std::vector<std::uint8_t> starts_fiber;  ///< 1 for each that starts a fiber, 0 for others
   std::vector<double> lengths;             ///< see ObjectRegistry::add()
@@ -59,18 +57,14 @@ class NewObjects {
 
  private:
   std::optional<geometry::Segment> capsuleAt(std::size_t place) const;
-  void readRange(std::size_t begin, std::size_t end, bool is_fiber,
-                 const geometry::Segment* before);
+  void readRange(std::size_t begin, std::size_t end, bool is_fiber, const geometry::Segment* before,
+                 std::vector<std::size_t>& others_here);
   bool readTogether(std::size_t begin, std::size_t end, std::size_t ahead,
                     index::SegmentBlock& block) const;
 
   const char* const call_;
   const std::vector<Object*>& objects_;
   const Bounds bounds_;
-
-  std::mutex mutex_;  ///< of `others` and what is below
-  std::size_t refused_ = 0;
-  std::exception_ptr error_;  ///< of the range that begins at refused_; null if none is refused
 };
 
 extern template class NewObjects<float>;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <fcl/narrowphase/collision_object.h>
 
 #include "fibers/fiber_table.h"
+#include "parallel/executor.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -19,8 +21,7 @@ using tree::SegmentId;
 /// only positions, at about eight bytes a pointer. std::unordered_map takes forty bytes, and
 /// filling it takes as long as building the tree.
 ///
-/// To remove a pointer, set it to null in the vector. Searches then skip its slot, and its position
-/// must not be inserted again.
+/// To remove a pointer, set it to null in the vector. Searches then skip its slot.
 template <typename T>
 class PointerIndex {
  public:
@@ -33,7 +34,7 @@ class PointerIndex {
     return slots_[slotOf(pointer)];
   }
 
-  /// Makes room for `count` positions, so that insert() does not allocate.
+  /// Makes room for `count` positions, so that insertFrom() does not allocate.
   void reserve(std::size_t count) {
     std::size_t capacity = 16;
     while (capacity < count + count / 2) capacity *= 2;
@@ -46,17 +47,38 @@ class PointerIndex {
     }
   }
 
-  /// Inserts the pointer at `position` unless it is known already. Returns whether it was new.
+  /// Inserts the pointers from position `begin` on, except those that are null.
+  /// @param executor  null for one thread
+  /// @return the first position of a pointer that is known already or repeated; then nothing has
+  ///         changed
   /// @pre reserve() has made room
-  bool insert(std::int32_t position) {
-    std::int32_t& slot = slots_[slotOf(at(position))];
-    if (slot != kNotFound) return false;
-    slot = position;
-    return true;
+  std::optional<std::int32_t> insertFrom(std::int32_t begin,
+                                         parallel::Executor* executor = nullptr) {
+    // A task takes some hundredths of a millisecond.
+    constexpr std::size_t kRange = 1024;
+    const auto end = static_cast<std::int32_t>(pointers_.size());
+    const auto count = static_cast<std::size_t>(end - begin);
+    std::int32_t first_known = end;
+    if (executor == nullptr || count <= kRange) {
+      first_known = insertRange<false>(begin, end);
+    } else {
+      std::atomic<std::int32_t> known{end};
+      parallel::forRanges(executor, count, kRange, [&](std::size_t from, std::size_t to) {
+        const std::int32_t found = insertRange<true>(begin + static_cast<std::int32_t>(from),
+                                                     begin + static_cast<std::int32_t>(to));
+        std::int32_t least = known;
+        while (found < least && !known.compare_exchange_weak(least, found)) {
+        }
+      });
+      first_known = known;
+    }
+    if (first_known == end) return std::nullopt;
+    // No pointer that was there before has been probed past those.
+    for (std::int32_t& slot : slots_) {
+      if (slot >= begin) slot = kNotFound;
+    }
+    return first_known;
   }
-
-  /// Undoes the last insert() that was not undone. No other pointer has been probed past it.
-  void takeBack(std::int32_t position) { slots_[slotOf(at(position))] = kNotFound; }
 
   /// Empties the table but keeps its memory.
   void forgetAll() { std::fill(slots_.begin(), slots_.end(), kNotFound); }
@@ -76,6 +98,38 @@ class PointerIndex {
     const auto key = static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(pointer));
     const std::uint64_t window = ((key >> 16) * 0x9E3779B97F4A7C15u) >> 32;
     return static_cast<std::size_t>(window + (key >> 5 & 0x7FF)) & (slots_.size() - 1);
+  }
+
+  /// Inserts positions [begin, end). Of two positions of one pointer the first stays.
+  /// @tparam kAtOnce  whether other threads insert at the same time
+  /// @return the first position that is left without a slot, or the number of all
+  template <bool kAtOnce>
+  std::int32_t insertRange(std::int32_t begin, std::int32_t end) {
+    auto first_left = static_cast<std::int32_t>(pointers_.size());
+    for (std::int32_t position = begin; position < end; ++position) {
+      if (at(position) == nullptr) continue;
+      const std::int32_t left = insert<kAtOnce>(position);
+      if (left != kNotFound) first_left = std::min(first_left, left);
+    }
+    return first_left;
+  }
+
+  /// @return the position that is left without a slot, or kNotFound
+  template <bool kAtOnce>
+  std::int32_t insert(std::int32_t position) {
+    const T* const pointer = at(position);
+    for (std::size_t i = homeOf(pointer);; i = next(i)) {
+      std::int32_t& slot = slots_[i];
+      std::int32_t there = kAtOnce ? __atomic_load_n(&slot, __ATOMIC_RELAXED) : slot;
+      while (there == kNotFound || at(there) == pointer) {
+        if (there != kNotFound && there < position) return position;
+        if (!kAtOnce) slot = position;
+        if (!kAtOnce || __atomic_compare_exchange_n(&slot, &there, position, /*weak=*/false,
+                                                    __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+          return there;
+        }
+      }
+    }
   }
 
   /// The slot of the pointer, or the free slot where it would be inserted.
@@ -132,16 +186,19 @@ class ObjectRegistry {
   /// fiber of the object before.
   /// @param starts_fiber  1 or 0; bytes, because several threads write them
   /// @param lengths  of the segments, if the table has arc lengths
+  /// @param executor  null for one thread
   /// @return the position in `added` of an object that is repeated or managed already; then nothing
   ///         has changed
   std::optional<std::size_t> add(const std::vector<Object*>& added,
                                  const std::vector<std::uint8_t>& starts_fiber, const Kind& kind,
-                                 const std::vector<double>& lengths = {});
+                                 const std::vector<double>& lengths = {},
+                                 parallel::Executor* executor = nullptr);
 
   /// Copies another registry, with objects[i] in place of its i-th object.
   /// @pre this registry is new, and `objects` has as many as the other one and no null
   /// @return the position of a repeated object; then this registry is unusable
-  std::optional<std::size_t> copy(const ObjectRegistry& other, const std::vector<Object*>& objects);
+  std::optional<std::size_t> copy(const ObjectRegistry& other, const std::vector<Object*>& objects,
+                                  parallel::Executor* executor = nullptr);
 
   /// Returns whether the ids of all other objects are unchanged.
   /// @pre the object is managed
@@ -183,7 +240,8 @@ template <typename S>
 std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& added,
                                                   const std::vector<std::uint8_t>& starts_fiber,
                                                   const Kind& kind,
-                                                  const std::vector<double>& lengths) {
+                                                  const std::vector<double>& lengths,
+                                                  parallel::Executor* executor) {
   // Calls that may throw come first.
   const std::size_t first = objects_.size(), count = first + added.size();
   if (count > objects_.capacity()) {
@@ -196,19 +254,18 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
   index_.reserve(count);
 
   objects_.insert(objects_.end(), added.begin(), added.end());
-  for (std::size_t i = 0; i < added.size(); ++i) {
-    if (index_.insert(static_cast<SegmentId>(first + i))) continue;
-    for (std::size_t j = i; j-- > 0;) index_.takeBack(static_cast<SegmentId>(first + j));
+  if (const auto known = index_.insertFrom(static_cast<SegmentId>(first), executor)) {
     objects_.resize(first);
-    return i;
+    return static_cast<std::size_t>(*known) - first;
   }
   for (std::size_t i = 0; i < added.size();) {
     if (starts_fiber[i] != 0) fibers_.startFiber(kind);
-    const std::size_t begin = i;
-    do {
-      if (!lengths.empty()) fibers_.addId(lengths[i]);
-    } while (++i < added.size() && starts_fiber[i] == 0);
-    if (lengths.empty()) fibers_.addIds(static_cast<SegmentId>(i - begin));
+    const auto next =
+        std::find(starts_fiber.begin() + static_cast<std::ptrdiff_t>(i) + 1, starts_fiber.end(), 1);
+    const auto end = static_cast<std::size_t>(next - starts_fiber.begin());
+    if (lengths.empty()) fibers_.addIds(static_cast<SegmentId>(end - i));
+    for (; !lengths.empty() && i < end; ++i) fibers_.addId(lengths[i]);
+    i = end;
   }
   size_ += added.size();
   return std::nullopt;
@@ -216,14 +273,17 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
 
 template <typename S>
 std::optional<std::size_t> ObjectRegistry<S>::copy(const ObjectRegistry& other,
-                                                   const std::vector<Object*>& objects) {
+                                                   const std::vector<Object*>& objects,
+                                                   parallel::Executor* executor) {
   index_.reserve(other.objects_.size());
   objects_.reserve(other.objects_.size());
   for (const Object* original : other.objects_) {
     objects_.push_back(original == nullptr ? nullptr : objects[size_]);
-    if (original == nullptr) continue;
-    if (!index_.insert(static_cast<SegmentId>(objects_.size() - 1))) return size_;
-    ++size_;
+    if (original != nullptr) ++size_;
+  }
+  if (const auto known = index_.insertFrom(0, executor)) {
+    const auto empty = std::count(objects_.begin(), objects_.begin() + *known, nullptr);
+    return static_cast<std::size_t>(*known - empty);
   }
   removed_since_renumbering_ = other.removed_since_renumbering_;
   fibers_ = other.fibers_;
@@ -262,9 +322,7 @@ void ObjectRegistry<S>::renumber() {
       });
   objects_.resize(static_cast<std::size_t>(fibers_.idCount()));
   index_.forgetAll();
-  for (SegmentId id = 0; id < idCount(); ++id) {
-    if ((*this)[id] != nullptr) index_.insert(id);
-  }
+  index_.insertFrom(0);
 }
 
 }  // namespace fcl_fibers::broadphase
