@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <set>
 #include <vector>
@@ -54,6 +55,16 @@ TEST(PointerIndex, TakesBackAllOfACallOfWhichOneIsKnown) {
   }
 }
 
+/// Runs the last task first, as threads may.
+struct Backwards final : parallel::Executor {
+  int threads() const { return 1; }
+  void parallelForWithForeground(parallel::FunctionRef<> foreground, int count,
+                                 parallel::FunctionRef<int> task) {
+    foreground();
+    while (count > 0) task(--count);
+  }
+};
+
 TEST(PointerIndex, SeveralThreadsInsertAtOnce) {
   // If this fails, threads overwrite each other's slots: an object is not found, or one that is
   // passed twice is managed twice or named by another place.
@@ -61,8 +72,10 @@ TEST(PointerIndex, SeveralThreadsInsertAtOnce) {
     char as_large_as_an_object[160];
   };
   std::vector<Thing> pool(20000);
-  for (const int threads : {1, 2, 3, 8}) {
-    const auto executor = parallel::makeExecutor(threads);
+  for (const int threads : {1, 2, 3, 8, 0}) {
+    const std::unique_ptr<parallel::Executor> executor =
+        threads == 0 ? std::unique_ptr<parallel::Executor>(new Backwards)
+                     : parallel::makeExecutor(threads);
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       SCOPED_TRACE(testing::Message() << threads << " threads, seed " << seed);
       Random random(seed);
