@@ -407,8 +407,8 @@ TEST(ObjectRegistry, RemovingOneByOneIsLinear) {
   // If this fails, each removal renumbers all objects. (A renumbering shows as fewer ids.)
   const Stock stock(20000);
   Registry registry(0);
-  ASSERT_FALSE(
-      registry.add(stock.range(0, stock.size()), std::vector<std::uint8_t>(stock.size(), true), {}));
+  ASSERT_FALSE(registry.add(stock.range(0, stock.size()),
+                            std::vector<std::uint8_t>(stock.size(), true), {}));
   int renumberings = 0;
   std::size_t ids = registry.objects().size();
   for (std::size_t i = 0; i < stock.size(); ++i) {
