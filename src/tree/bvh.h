@@ -224,8 +224,7 @@ class Bvh {
 
  private:
   static constexpr std::int32_t kNone = -1;
-
-  static constexpr std::size_t kNodesAtOnce = 1 << 13;
+  static constexpr std::size_t kNodesAtOnce = 1 << 13;  ///< of a task that visits all nodes
 
   /// The chunks of a part, and its nodes above them.
   struct PartChunks {
