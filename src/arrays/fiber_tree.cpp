@@ -184,7 +184,7 @@ class FiberTree::Impl {
   }
   template <typename S>
   void requireArrays(const Call& call, const FiberArrays<S>& fibers) const {
-    const double largest = arrays::checkArrays(call.text().c_str(), fibers);
+    const double largest = arrays::checkArrays(call.text().c_str(), fibers, index_->executor());
     call.require(fibers::contactProblem({{largest, 0, 0}, {0, 0, 0}, 0}));
     if (!index_.hasFibersOf(fibers)) {
       call.refuse(
