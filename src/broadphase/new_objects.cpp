@@ -2,11 +2,9 @@
 #include "broadphase/new_objects.h"
 
 #include <algorithm>
-#include <array>
 #include <exception>
 #include <limits>
 #include <mutex>
-#include <numeric>
 
 namespace fcl_fibers::broadphase {
 namespace {
@@ -85,51 +83,29 @@ std::optional<Segment> NewObjects<S>::capsuleAt(std::size_t place) const {
 template <typename S>
 void NewObjects<S>::readRange(std::size_t begin, std::size_t end, bool is_fiber,
                               const Segment* before, std::vector<std::size_t>& others_here) {
-  constexpr std::size_t kBlock = index::SegmentBlock::kCapacity;
   std::optional<Segment> previous;
   if (before != nullptr) previous = *before;
-  index::SegmentBlock block;
-  for (std::size_t from = begin; from < end; from += kBlock) {
-    const std::size_t to = std::min(from + kBlock, end);
-    // Many together are read faster. If that fails, the first that is refused is looked for.
-    const bool are_read =
-        to - from > 1 && readTogether(from, to, std::min(to + kBlock, end), block);
-    for (std::size_t i = from; i < to; ++i) {
-      Segment segment =
-          are_read ? block[static_cast<int>(i - from)] : readNew(call_, objects_, i, bounds_);
-      const ObjectKind kind = kindOf(*objects_[i]);
-      // If its box counts instead, there are no end points to compare, and nobody has checked the
-      // length.
-      if (bounds_ == Bounds::kObjects && mayBeInFiber(kind)) {
-        segment = readNew(call_, objects_, i, Bounds::kShapes);
-      }
-      if (!isRound(kind)) others_here.push_back(i);
-      if (!lengths.empty()) lengths[i] = lengthInFiber(*objects_[i]);
-      if (!is_fiber) {
-        const bool is_capsule = kind == ObjectKind::kCapsule;
-        starts_fiber[i] = !(is_capsule && previous && shareEnd<S>(*previous, segment));
-        previous = is_capsule ? std::optional(segment) : std::nullopt;
-      } else if (!mayBeInFiber(kind)) {
-        fibers::throwInvalidArgument(
-            call_,
-            nameOf(i) + " is not a capsule, cylinder or box; register it by registerObject()");
-      }
+  for (std::size_t i = begin; i < end; ++i) {
+    prefetchObject<S>([&](std::size_t k) { return objects_[k]; }, i, end);
+    Segment segment = readNew(call_, objects_, i, bounds_);
+    const ObjectKind kind = kindOf(*objects_[i]);
+    // If its box counts instead, there are no end points to compare, and nobody has checked the
+    // length.
+    if (bounds_ == Bounds::kObjects && mayBeInFiber(kind)) {
+      segment = readNew(call_, objects_, i, Bounds::kShapes);
+    }
+    if (!isRound(kind)) others_here.push_back(i);
+    if (!lengths.empty()) lengths[i] = lengthInFiber(*objects_[i]);
+    if (!is_fiber) {
+      const bool is_capsule = kind == ObjectKind::kCapsule;
+      starts_fiber[i] = !(is_capsule && previous && shareEnd<S>(*previous, segment));
+      previous = is_capsule ? std::optional(segment) : std::nullopt;
+    } else if (!mayBeInFiber(kind)) {
+      fibers::throwInvalidArgument(
+          call_, nameOf(i) + " is not a capsule, cylinder or box; register it by registerObject()");
     }
   }
   if (end == objects_.size() && !is_fiber) last = previous;
-}
-
-/// Reads [begin, end) and prefetches up to `ahead`. Returns false if some are refused.
-template <typename S>
-bool NewObjects<S>::readTogether(std::size_t begin, std::size_t end, std::size_t ahead,
-                                 index::SegmentBlock& block) const {
-  std::array<SegmentId, 2 * index::SegmentBlock::kCapacity> ids;
-  std::iota(ids.begin(), ids.begin() + (ahead - begin), static_cast<SegmentId>(begin));
-  const auto count = static_cast<int>(end - begin);
-  index::BlockMask present;
-  const ObjectSource<S> source(call_, objects_, bounds_);
-  return source.read(ids.data(), count, static_cast<int>(ahead - end), Frame{}, block, present) &&
-         present == geometry::firstOfBlock(count);
 }
 
 template class NewObjects<float>;

@@ -23,8 +23,9 @@ inline std::string nameOfPlace(SegmentId place) { return nameOf(static_cast<std:
 /// Reads an object of a call in the world's frame. Throws RefusedObject, or std::invalid_argument
 /// if it is null.
 template <typename S>
-geometry::Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
-                          std::size_t place, Bounds bounds) {
+FCL_FIBERS_ALWAYS_INLINE geometry::Segment readNew(
+    const char* call, const std::vector<fcl::CollisionObject<S>*>& objects, std::size_t place,
+    Bounds bounds) {
   if (objects[place] == nullptr) {
     fibers::throwInvalidArgument(call, nameOf(place) + " is null; pass a pointer to an object");
   }
@@ -59,8 +60,6 @@ class NewObjects {
   std::optional<geometry::Segment> capsuleAt(std::size_t place) const;
   void readRange(std::size_t begin, std::size_t end, bool is_fiber, const geometry::Segment* before,
                  std::vector<std::size_t>& others_here);
-  bool readTogether(std::size_t begin, std::size_t end, std::size_t ahead,
-                    index::SegmentBlock& block) const;
 
   const char* const call_;
   const std::vector<Object*>& objects_;
