@@ -284,6 +284,8 @@ void ManagerState<S>::catchUp(const char* call, State state) const {
 /// All objects from an id on except those beside the tree.
 template <typename S>
 tree::Fibers ManagerState<S>::segmentsFrom(SegmentId begin) const {
+  const bool are_all = begin == 0 && registry_.hasEveryId() && obstacles_.beside().ids().empty();
+  if (are_all) return registry_.fibers().segments(generations_.executor());
   auto next = obstacles_.beside().ids().begin();
   const auto end = obstacles_.beside().ids().end();
   return registry_.fibersFrom(begin, [&](SegmentId id) {

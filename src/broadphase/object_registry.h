@@ -168,6 +168,7 @@ class ObjectRegistry {
     objects.erase(std::remove(objects.begin(), objects.end(), nullptr), objects.end());
   }
   std::size_t size() const { return size_; }
+  bool hasEveryId() const { return size_ == objects_.size(); }
   SegmentId idCount() const { return static_cast<SegmentId>(objects_.size()); }
   SegmentId find(const Object* object) const { return index_.find(object); }
   const fibers::FiberTable& fibers() const { return fibers_; }

@@ -199,7 +199,7 @@ class FiberTable {
   tree::Fibers segmentsFrom(SegmentId begin, IsThere&& is_there) const;
   /// All fibers with all their segments.
   /// @param executor  null for one thread
-  tree::Fibers segments(parallel::Executor* executor) const;
+  FCL_FIBERS_TREE_EXPORT tree::Fibers segments(parallel::Executor* executor) const;
 
   std::size_t memoryUsage() const {
     return begin_.capacity() * sizeof(SegmentId) + flags_.capacity() +
