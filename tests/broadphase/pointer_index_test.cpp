@@ -57,9 +57,9 @@ TEST(PointerIndex, TakesBackAllOfACallOfWhichOneIsKnown) {
 
 /// Runs the last task first, as threads may.
 struct Backwards final : parallel::Executor {
-  int threads() const { return 1; }
+  int threads() const override { return 1; }
   void parallelForWithForeground(parallel::FunctionRef<> foreground, int count,
-                                 parallel::FunctionRef<int> task) {
+                                 parallel::FunctionRef<int> task) override {
     foreground();
     while (count > 0) task(--count);
   }
