@@ -9,7 +9,7 @@ export TSAN_OPTIONS="suppressions=$PWD/tests/thread_sanitizer_suppressed.txt ${T
 cmake --preset thread-sanitize
 cmake --build --preset thread-sanitize --target "$@"
 for suite in "$@"; do
-  filter='*Threads*:*VisitInParallel*:*WithoutMotion*:*HandedOn*:*Named*:*LeastIsRefused*:*TwoManagers*:*MayBeMade*'
+  filter='*Threads*:*VisitInParallel*:*PairSearchTest*:BlockPool*:*WithoutMotion*:*HandedOn*:*Named*:*LeastIsRefused*:*TwoManagers*:*MayBeMade*'
   [[ $suite != parallel_test ]] || filter='*'
   test=("build/thread-sanitize/tests/$suite" --gtest_filter="$filter")
   if ! "${test[@]}" --gtest_list_tests | grep '^ ' >/dev/null; then

@@ -258,9 +258,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// Which worker gets what differs from run to run, and so do the last digits of sums of floats.
   /// FiberTree::accumulate() adds in an order that is always the same.
   ///
-  /// `visit` returns nothing or a bool. After it has returned true, each other thread may call it a
-  /// few more times, and the call returns true. If it throws, that is so too, and one of the
-  /// exceptions is thrown to the caller. It may query any tree. Such a query, unless it is asked on
+  /// `visit` returns nothing or a bool. After it has returned true or has thrown, each other thread
+  /// may call it for at most 63 more, and it is called no more. The call then returns true, or
+  /// throws one of the exceptions. `visit` may query any tree. Such a query, unless it is asked on
   /// the calling thread, runs on its own thread alone. The order of a question has no effect.
   /// Throws as visit() does.
   template <class Question, class Partner, class Visitor>
@@ -291,8 +291,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     return visitInParallel(question, *this, std::forward<Visitor>(visit));
   }
 
-  /// Returns how many threads call a visitor at the same time at most: `threads` of the options, or
-  /// the number of cores, if that is less.
+  /// Returns one more than the largest `worker` of visitInParallel(): `threads` of the options, or
+  /// what oneTBB allows, if that is less, which is the number of cores by default.
   int workerCount() const;
 
   /// Returns a time of the step up to which none of the Pairs starts to touch, or 1 if none

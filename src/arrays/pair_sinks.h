@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -81,9 +82,17 @@ class Output {
   explicit Output(const Room& room) : delivery_(Delivery::kPlaced), room_(&room) {}
 
   Delivery delivery() const { return delivery_; }
-  /// Calls take(), unless the delivery is kPlaced.
-  bool take(const void* found, std::size_t count, int worker) const {
-    return (*take_)(found, count, worker);
+  /// Calls take(), unless the delivery is kPlaced. Once it has returned true or thrown on any
+  /// thread, it is called no more.
+  bool take(const void* found, std::size_t count, int worker) {
+    if (has_ended_) return true;
+    try {
+      if ((*take_)(found, count, worker)) has_ended_ = true;
+    } catch (...) {
+      has_ended_ = true;
+      throw;
+    }
+    return has_ended_;
   }
   /// Makes room for so many more, if the delivery is kPlaced.
   void makeRoom(std::size_t count) {
@@ -102,6 +111,7 @@ class Output {
   const Delivery delivery_;
   const Take* take_ = nullptr;
   const Room* room_ = nullptr;
+  std::atomic<bool> has_ended_{false};
   std::size_t begin_ = 0, count_ = 0;
   void* all_ = nullptr;
 };
@@ -138,10 +148,12 @@ class SinkTo final : public index::PairSink {
       place(0, run);
       return tree::Visit::kContinue;
     }
-    constexpr std::size_t kRun = 256;
+    constexpr std::size_t kRun = 256, kFew = 16;
     std::array<Found, kRun> found;
-    for (std::size_t i = 0; i < run.count; i += kRun) {
-      const std::size_t size = std::min(kRun, run.count - i);
+    // Threads that go on for a while after one of them has ended the query take few at a time.
+    const std::size_t most = delivery() == Delivery::kAtOnce ? kFew : kRun;
+    for (std::size_t i = 0; i < run.count; i += most) {
+      const std::size_t size = std::min(most, run.count - i);
       convert(run, i, size, found.data());
       if (output_.take(found.data(), size, run.worker)) return tree::Visit::kStop;
     }

@@ -46,7 +46,9 @@ void KeptSegments::reset(SegmentId begin, SegmentId end, const tree::SegmentIds&
 
 void KeptSegments::resize(SegmentId begin, SegmentId end) {
   if (begin == begin_ && end == this->end()) return;
-  parallel::UnwrittenVector<geometry::CapsuleEnd> ends(2 * static_cast<std::size_t>(end - begin));
+  // See reset() for what is no segment.
+  parallel::UnwrittenVector<geometry::CapsuleEnd> ends(2 * static_cast<std::size_t>(end - begin),
+                                                       geometry::CapsuleEnd{});
   const SegmentId first = std::max(begin, begin_), last = std::min(end, this->end());
   if (first < last) {
     std::copy_n(range().capsule(first), 2 * (last - first), ends.data() + 2 * (first - begin));

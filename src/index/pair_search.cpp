@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <limits>
 #include <queue>
 #include <thread>
 #include <utility>
@@ -16,6 +17,7 @@ using tree::Visit;
 using Delivery = PairSink::Delivery;
 
 Visit SerialBuffer::full() {
+  if (stopped_ != nullptr && *stopped_) return Visit::kStop;
   auto count = static_cast<std::size_t>(next_ - pairs_);
   impacts_.clear();
   if (filter_ != nullptr) count = filter_->keep(pairs_, count, impacts_);
@@ -122,10 +124,10 @@ class ParallelSearch {
   ParallelSearch& operator=(const ParallelSearch&) = delete;
 
   Visit run() {
-    std::int32_t grain = tree::kLeastGrain;
-    while (grain < search_.leafCount()) grain *= kStep;
+    int level = 1;
+    while (grainOf(level - 1) < search_.leafCount()) ++level;
     const auto all = std::make_shared<const std::vector<TraversalTask>>(1, tree::kAllPairs);
-    unclaimed_.push({all, 0, 1, grain * kStep, {0, Place{1} << 63}});
+    unclaimed_.push({all, 0, 1, level, {0, Place{1} << 63}});
     while (!stopped_ && !has_ended_) {
       threads_leave_ = false;
       executor_.parallelForWithForeground([this] { protect([this] { lead(); }); },
@@ -152,7 +154,7 @@ class ParallelSearch {
   struct Job {
     std::shared_ptr<const std::vector<TraversalTask>> tasks;
     std::size_t begin, end;  ///< of those tasks
-    std::int32_t grain;      ///< the most leaves of a task
+    int level;               ///< its tasks have at most grainOf(level) leaves
     Range range;
 
     std::size_t count() const { return end - begin; }
@@ -219,7 +221,7 @@ class ParallelSearch {
   /// What a thread needs.
   struct Worker {
     Worker(ParallelSearch& search, int number)
-        : store(search), buffer(search.filter_, search.sink_, number) {}
+        : store(search), buffer(search.filter_, search.sink_, number, &search.stopped_) {}
 
     Store store;
     SerialBuffer buffer;
@@ -315,7 +317,7 @@ class ParallelSearch {
     const bool stores =
         delivery_ == Delivery::kPlaced || (delivery_ == Delivery::kInOrder && !is_next);
     worker.buffer.setSink(stores ? static_cast<PairSink&>(worker.store) : sink_);
-    while (job.grain > tree::kLeastGrain) split(job);
+    while (job.level > 0) split(job);
     Visit visit = Visit::kContinue;
     for (; job.begin < job.end && visit == Visit::kContinue; ++job.begin) {
       if (stopped_) break;
@@ -338,14 +340,14 @@ class ParallelSearch {
   /// Replaces the tasks of a job by smaller ones. All but the first of them become other jobs.
   void split(Job& job) {
     CollectTasks smaller;
-    job.grain /= kStep;
+    --job.level;
     for (; job.begin < job.end; ++job.begin) {
-      search_.split((*job.tasks)[job.begin], job.grain, smaller);
+      search_.split((*job.tasks)[job.begin], grainOf(job.level), smaller);
     }
     job.begin = 0;
     job.end = smaller.tasks.size();
     job.tasks = std::make_shared<const std::vector<TraversalTask>>(std::move(smaller.tasks));
-    const std::size_t most = job.grain > tree::kLeastGrain ? kWorkOfLargeTasks : work_of_job_;
+    const std::size_t most = job.level > 0 ? kWorkOfLargeTasks : work_of_job_;
     leave(job, endOfJob(job, most), most);
   }
 
@@ -408,17 +410,23 @@ class ParallelSearch {
 
   /// @param full  the one that the thread has filled, or null
   FoundBlock* anotherBlock(FoundBlock* full, bool has_impacts) {
-    const Lock lock = locked();
+    Lock lock = locked();
     if (full != nullptr) release(full);
+    FoundBlock* block = nullptr;
     if (free_.empty()) {
-      blocks_.push_back(std::make_unique<FoundBlock>());
+      lock.unlock();
+      auto another = std::make_unique<FoundBlock>();
+      block = another.get();
+      relock(lock);
+      blocks_.push_back(std::move(another));
       free_.reserve(blocks_.size());
-      free_.push_back(blocks_.back().get());
+    } else {
+      block = free_.back();
+      free_.pop_back();
     }
-    FoundBlock* const block = free_.back();
+    lock.unlock();
     if (has_impacts && !block->impacts) block->impacts.reset(new Impact[FoundBlock::kCapacity]);
     if (!has_impacts) block->impacts.reset();
-    free_.pop_back();
     block->count = 0;
     block->users = 1;
     return block;
@@ -428,9 +436,13 @@ class ParallelSearch {
     if (--block->users == 0) free_.push_back(block);
   }
 
-  /// How many times smaller the tasks become by one split. Full nodes are so much larger than their
-  /// children.
-  static constexpr std::int32_t kStep = 8;
+  /// By each level tasks are eight times as large, as full nodes are by each level of the tree.
+  static std::int32_t grainOf(int level) {
+    constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+    return static_cast<std::int32_t>(
+        std::min(std::int64_t{tree::kLeastGrain} << (3 * level), kMost));
+  }
+
   /// The pairs below one node take about so many times the work of those between two.
   static constexpr std::size_t kWorkOfSelfTask = 16;
   /// A job is worth its locks: it takes some ten thousand tests of volumes. In a small tree it has
@@ -477,8 +489,7 @@ Visit findPairs(const PairSearch& search, const PairFilter* filter, parallel::Ex
 }
 
 Visit handOn(const std::vector<PairRun>& runs, parallel::Executor* executor, PairSink& sink) {
-  constexpr std::size_t kGrain = 16;
-  if (executor == nullptr || runs.size() <= kGrain || sink.delivery() == Delivery::kInOrder) {
+  if (executor == nullptr || runs.size() < 2 || sink.delivery() == Delivery::kInOrder) {
     for (const PairRun& run : runs) {
       if (run.count > 0 && sink.take(run) == Visit::kStop) return Visit::kStop;
     }
@@ -489,7 +500,8 @@ Visit handOn(const std::vector<PairRun>& runs, parallel::Executor* executor, Pai
     begin.reserve(runs.size() + 1);
     for (const PairRun& run : runs) begin.push_back(begin.back() + run.count);
     sink.makeRoom(begin.back());
-    parallel::forRanges(executor, runs.size(), kGrain, [&](std::size_t from, std::size_t to) {
+    const std::size_t grain = 1 + runs.size() / (8 * static_cast<std::size_t>(executor->threads()));
+    parallel::forRanges(executor, runs.size(), grain, [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) sink.place(begin[i], runs[i]);
     });
     return Visit::kContinue;
@@ -500,7 +512,12 @@ Visit handOn(const std::vector<PairRun>& runs, parallel::Executor* executor, Pai
     for (std::size_t i = next++; i < runs.size() && !stopped; i = next++) {
       PairRun run = runs[i];
       run.worker = worker;
-      if (run.count > 0 && sink.take(run) == Visit::kStop) stopped = true;
+      try {
+        if (run.count > 0 && sink.take(run) == Visit::kStop) stopped = true;
+      } catch (...) {
+        stopped = true;
+        throw;
+      }
     }
   };
   executor->parallelForWithForeground([&] { takeRuns(0); }, executor->threads() - 1,

@@ -33,9 +33,11 @@ class PairSearch {
 /// Collects pairs and hands them on, through the filter if there is one.
 class SerialBuffer final : public tree::PairBuffer {
  public:
-  /// @param worker  the number of the thread that uses it
-  SerialBuffer(const PairFilter* filter, PairSink& sink, int worker = 0)
-      : filter_(filter), sink_(&sink), worker_(worker) {
+  /// @param worker   the number of the thread that uses it
+  /// @param stopped  whether the search has been stopped; null if this thread alone stops it
+  SerialBuffer(const PairFilter* filter, PairSink& sink, int worker = 0,
+               const std::atomic<bool>* stopped = nullptr)
+      : filter_(filter), sink_(&sink), worker_(worker), stopped_(stopped) {
     restart();
   }
   SerialBuffer(const SerialBuffer&) = delete;
@@ -58,6 +60,7 @@ class SerialBuffer final : public tree::PairBuffer {
   const PairFilter* filter_;
   PairSink* sink_;
   const int worker_;
+  const std::atomic<bool>* const stopped_;
   std::vector<geometry::Impact> impacts_;
   std::size_t limit_ = kFirst;
   tree::Pair pairs_[kCapacity + kRoom];

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <exception>
+#include <mutex>
+#include <new>
 #include <utility>
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
-#include <tbb/task_group.h>
 
 namespace fcl_fibers::parallel {
 namespace {
@@ -17,78 +19,94 @@ namespace {
 thread_local bool t_runs_task = false;
 
 /// One call of parallelForWithForeground().
+///
+/// The caller's thread never enters oneTBB. If it waited there for its helpers, it would run
+/// helpers of other calls meanwhile, which may wait for what this call's foreground does. Helpers
+/// that come when the call is closed find nothing to do, so a call keeps itself until the last of
+/// them has come.
 class Call {
  public:
-  Call(tbb::task_arena& arena, int count, FunctionRef<int> task)
-      : arena_(arena), count_(count), task_(task) {}
+  Call(int count, FunctionRef<int> task) : count_(count), task_(task) {}
 
-  void run(FunctionRef<> foreground) {
-    // The foreground runs outside the arena, where no other thread can pick it up and this thread
-    // cannot pick up another query's tasks. If helpers leave tasks, because they start late or the
-    // caller's task group was cancelled, this thread does them.
-    arena_.execute(OnAnyThread<&Call::startHelpers>(*this));
+  void run(tbb::task_arena& arena, int helpers, FunctionRef<> foreground) {
+    try {
+      for (int i = 0; i < helpers; ++i) arena.enqueue(Helper(*this));
+    } catch (...) {
+      // There is no memory for another helper. Those that there are do the work, or the caller.
+    }
     takeTasks(foreground);
-    arena_.execute(OnAnyThread<&Call::waitForHelpers>(*this));
-    ended_.load(std::memory_order_acquire);
-    if (error_) std::rethrow_exception(std::move(error_));
+    std::unique_lock<std::mutex> lock(mutex_);
+    is_closed_ = true;
+    all_left_.wait(lock, [this] { return inside_ == 0; });
+    const std::exception_ptr error = std::move(error_);
+    lock.unlock();
+    letGo();
+    if (error) std::rethrow_exception(error);
   }
 
  private:
-  struct RunsTask {
-    RunsTask() { t_runs_task = true; }
-    ~RunsTask() { t_runs_task = false; }
-    RunsTask(const RunsTask&) = delete;
-    RunsTask& operator=(const RunsTask&) = delete;
-  };
+  ~Call() = default;
 
-  /// Calls a member function on the thread that oneTBB chooses. ThreadSanitizer does not look into
-  /// oneTBB, so two atomics tell it that this happens after the call began and before it ends.
-  template <void (Call::*kFunction)()>
-  class OnAnyThread {
+  /// What oneTBB runs. ThreadSanitizer does not look into oneTBB, so an atomic tells it that this
+  /// happens after the call began.
+  class Helper {
    public:
-    explicit OnAnyThread(Call& call) { call_.store(&call, std::memory_order_release); }
-    OnAnyThread(const OnAnyThread& other) : OnAnyThread(*other.call_.load()) {}
-
-    void operator()() const {
-      Call& call = *call_.load(std::memory_order_acquire);
-      (call.*kFunction)();
-      call.ended_.fetch_add(1, std::memory_order_release);
+    explicit Helper(Call& call) : call_(&call) {
+      call.users_.fetch_add(1, std::memory_order_relaxed);
     }
+    Helper(const Helper& other) : Helper(*other.call_.load(std::memory_order_acquire)) {}
+    Helper& operator=(const Helper&) = delete;
+    ~Helper() { call_.load(std::memory_order_acquire)->letGo(); }
+
+    void operator()() const { call_.load(std::memory_order_acquire)->help(); }
 
    private:
     std::atomic<Call*> call_;
   };
 
-  void startHelpers() {
-    for (int i = 1; i < std::min(arena_.max_concurrency(), count_ + 1); ++i) {
-      helpers_.run(OnAnyThread<&Call::help>(*this));
-    }
+  void letGo() {
+    if (users_.fetch_sub(1, std::memory_order_acq_rel) == 1) delete this;
   }
-  void waitForHelpers() { helpers_.wait(); }
+
   void help() {
-    takeTasks([] {});
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (is_closed_) return;
+      ++inside_;
+    }
+    // A task that uses oneTBB and waits there must not become a helper of another call.
+    tbb::this_task_arena::isolate([this] { takeTasks([] {}); });
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (--inside_ == 0) all_left_.notify_all();
   }
 
   int next() { return next_.fetch_add(1, std::memory_order_relaxed); }
   void takeTasks(FunctionRef<> first) {
+    struct RunsTask {
+      const bool before = std::exchange(t_runs_task, true);
+      ~RunsTask() { t_runs_task = before; }
+    };
     try {
       first();
       const RunsTask runs_task;
       for (int i = next(); i < count_; i = next()) task_(i);
     } catch (...) {
       next_.store(count_, std::memory_order_relaxed);
-      if (!failed_.exchange(true)) error_ = std::current_exception();
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (!error_) error_ = std::current_exception();
     }
   }
 
-  tbb::task_arena& arena_;
   const int count_;
   const FunctionRef<int> task_;
   std::atomic<int> next_{0};
-  std::atomic<int> ended_{0};  ///< functions that have ended, on any thread
-  std::atomic<bool> failed_{false};
+  std::atomic<int> users_{1};  ///< the caller, and helpers that have not come or are inside
+
+  std::mutex mutex_;  ///< of all below
+  std::condition_variable all_left_;
+  bool is_closed_ = false;
+  int inside_ = 0;  ///< helpers
   std::exception_ptr error_;
-  tbb::task_group helpers_;
 };
 
 class TbbExecutor : public Executor {
@@ -100,12 +118,10 @@ class TbbExecutor : public Executor {
 
   void parallelForWithForeground(FunctionRef<> foreground, int count,
                                  FunctionRef<int> task) override {
-    if (t_runs_task) {
-      foreground();
-      for (int i = 0; i < count; ++i) task(i);
-      return;
-    }
-    Call(arena_, count, task).run(foreground);
+    Call* const call = t_runs_task ? nullptr : new (std::nothrow) Call(count, task);
+    if (call != nullptr) return call->run(arena_, std::min(threads() - 1, count), foreground);
+    foreground();
+    for (int i = 0; i < count; ++i) task(i);
   }
 
  private:

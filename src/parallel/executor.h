@@ -34,8 +34,9 @@ class Executor {
   /// Calls task(0), ..., task(count - 1), some of them at the same time, while the caller's thread
   /// runs `foreground` and then takes part. Returns when all have ended. If any of them throws, one
   /// of the exceptions is thrown here, and tasks that have not started may be skipped. May be
-  /// called from several threads, and within `foreground`. Within a task it runs all on the task's
-  /// thread, because the other threads have tasks of their own.
+  /// called from several threads, and within `foreground`, which may wait for other threads that
+  /// call it. Within a task it runs all on the task's thread, because the other threads have tasks
+  /// of their own.
   virtual void parallelForWithForeground(FunctionRef<> foreground, int count,
                                          FunctionRef<int> task) = 0;
 

@@ -61,6 +61,34 @@ TEST_P(ArrayTreeThreads, MayAskAtOnce) {
   }
 }
 
+TEST(ArrayTreeThreadsTest, MayAskWhileVisitorsAsk) {
+  // If this fails, two threads of a program whose visitors query the tree again wait for each other
+  // for ever.
+  const auto motion = Motion<double>::random(74, 100, 0.1);
+  for (const int threads : {2, 8}) {
+    FiberTreeOptions options = capsules();
+    options.threads = threads;
+    const FiberTree tree = steppedTree(motion, options);
+    const std::size_t all = pairsOf(tree).size();
+    ASSERT_GT(all, 100u);
+    std::atomic<int> wrong{0};
+    const auto ask = [&] {
+      for (int round = 0; round < 100; ++round) {
+        std::size_t calls = 0;
+        tree.visit(Pairs{}, [&](SegmentPair) {
+          if (++calls % 100 == 0 && pairsOf(tree).size() != all) ++wrong;
+        });
+        if (calls != all) ++wrong;
+      }
+    };
+    std::thread second(ask), third(ask);
+    ask();
+    second.join();
+    third.join();
+    EXPECT_EQ(wrong, 0);
+  }
+}
+
 TEST_P(ArrayTreeThreads, DoNotShowInTheOrder) {
   // If this fails, logs of a program depend on how many threads it has.
   const auto first = Motion<double>::random(63, 200, 0.05),
@@ -261,6 +289,40 @@ TEST(VisitInParallel, FindsWhatVisitFinds) {
                    EXPECT_GT(serial.size(), 20u) << name;
                    EXPECT_TRUE(parallel.is(serial)) << name;
                  });
+  }
+}
+
+TEST(VisitInParallel, EndsSoon) {
+  // If this fails, a visitor that has found what it looks for, or has failed, is called for minutes
+  // more. In a dense scene one task has a hundred thousand pairs.
+  const tbb::global_control most(tbb::global_control::max_allowed_parallelism, 8);
+  Assembly<double> dense;
+  for (int f = 0; f < 1500; ++f) {
+    dense.addPoint({0, 0, 0}, 0.1);
+    dense.addPoint({1, 0, 0}, 0.1);
+    dense.endFiber();
+  }
+  for (const int threads : {1, 2, 8}) {
+    FiberTreeOptions options = capsules();
+    options.threads = threads;
+    FiberTree tree(options);
+    tree.build(dense.view());
+    constexpr std::size_t kWanted = 200, kMore = 8 * 64;
+    const auto expectEnds = [&](const auto& question) {
+      std::atomic<std::size_t> calls{0};
+      EXPECT_TRUE(
+          tree.visitInParallel(question, [&](const auto&, int) { return ++calls >= kWanted; }));
+      EXPECT_LT(calls, kWanted + kMore);
+      calls = 0;
+      const auto fail = [&](const auto&, int) {
+        if (++calls >= kWanted) throw std::runtime_error("enough");
+      };
+      EXPECT_THROW(tree.visitInParallel(question, fail), std::runtime_error);
+      EXPECT_LT(calls, kWanted + kMore);
+    };
+    expectEnds(Pairs{});
+    expectEnds(Nearest{1});
+    expectEnds(Contacts<double>{dense.view()});
   }
 }
 

@@ -167,17 +167,21 @@ TEST(Counts, JobsAreWorthTheirLocksAndManyEnough) {
   // If this fails, threads wait for each other at every turn, or for one that has most of the work.
   scenes::CapParameters cap;
   cap.fibers = 5000;
-  for (const FiberPolylines& scene : {makeHelix(scenes::HelixParameters{}), makeCap(cap)}) {
+  const auto expect = [](const FiberPolylines& scene, double least_median) {
     SegmentIndex index(IndexOptions{});
     build(index, scene);
     const auto& tree = std::get<tree::LayeredBoxTree<8>>(index.tree());
     const test::JobCounts counts = test::countJobs(tree);
-    EXPECT_GE(counts.median, 10000);
+    EXPECT_GE(counts.median, least_median);
     EXPECT_GT(counts.jobs, 256u);
     EXPECT_LE(counts.most, counts.tests / 100) << "one pair of nodes takes half as much";
-    EXPECT_EQ(counts.tests, static_cast<double>(test::countVolumeTests(tree).tests));
+    const auto all = static_cast<double>(test::countVolumeTests(tree).tests);
+    EXPECT_LE(counts.tests, all);
+    EXPECT_GE(counts.tests, 0.99 * all) << "splitting makes the others";
     EXPECT_EQ(counts.barriers, 1u);
-  }
+  };
+  expect(makeHelix(scenes::HelixParameters{}), 10000);
+  expect(makeCap(cap), 5000);
 }
 
 TEST(Counts, OfAGroupAmongItselfAreNone) {

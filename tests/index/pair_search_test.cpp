@@ -284,12 +284,28 @@ TYPED_TEST(PairSearchTest, ThreadsWaitForASinkThatIsSlow) {
     PairList found;
     int runs = 0;
   };
+  struct CountCalls final : parallel::Executor {
+    explicit CountCalls(parallel::Executor& executor) : executor_(executor) {}
+    int threads() const override { return executor_.threads(); }
+    void parallelForWithForeground(parallel::FunctionRef<> foreground, int count,
+                                   parallel::FunctionRef<int> task) override {
+      ++calls;
+      executor_.parallelForWithForeground(foreground, count, task);
+    }
+    std::size_t calls = 0;
+
+   private:
+    parallel::Executor& executor_;
+  };
   for (const auto& executor : executors) {
+    if (executor == nullptr) continue;
+    CountCalls counted(*executor);
     Slow sink;
     BlockPool pool;
     pool.keepAtMost(SIZE_MAX);
-    findPairs(TreeSearch(tree), nullptr, executor.get(), pool, sink);
+    findPairs(TreeSearch(tree), nullptr, &counted, pool, sink);
     EXPECT_TRUE(sink.found == all);
+    EXPECT_LE(counted.calls, 1 + all.size() / (std::size_t{1} << 20));
     // What waits, and for each thread a task and a block.
     const std::size_t most = (std::size_t{1} << 21) + 64 * ((std::size_t{1} << 18) + 4096);
     EXPECT_LT(pool.memoryUsage(), (most + (most >> 3)) * sizeof(Pair));

@@ -168,6 +168,30 @@ TEST_P(ExecutorTest, ATaskRunsItsOwnTasksItself) {
   }
 }
 
+// Two queries whose callbacks wait for each other, by a lock or because they query, would wait for
+// ever: a caller that waits for its own tasks would run those of the other.
+TEST_P(ExecutorTest, ForegroundsMayWaitForOtherCallers) {
+  for (int round = 0; round < 200; ++round) {
+    std::atomic<int> inner_calls{0};
+    const auto use = [&] {
+      std::atomic<bool> is_over{false};
+      const auto foreground = [&] {
+        executor_->parallelFor(20, [](int) {});
+        for (++inner_calls; inner_calls < 3;) std::this_thread::yield();
+        is_over = true;
+      };
+      // Tasks that last as long as the foreground.
+      executor_->parallelForWithForeground(foreground, GetParam() - 1, [&](int) {
+        while (!is_over) std::this_thread::yield();
+      });
+    };
+    std::thread second(use), third(use);
+    use();
+    second.join();
+    third.join();
+  }
+}
+
 // A program that allows more threads than cores, or fewer, would not get them.
 TEST(MakeExecutor, MakesAsManyThreadsAsOneTbbAllows) {
   using Control = tbb::global_control;

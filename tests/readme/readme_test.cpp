@@ -262,6 +262,22 @@ TEST(Contacts, OfATreeAndOfAManager) {
   }
 }
 
+TEST(Threads, AddUpForThemselves) {
+  using fcl_fibers::FiberTree;
+  const fcl_fibers::FiberPolylines scene = crossing();
+  const auto fibers = fiberArrays(scene);
+  fcl_fibers::FiberTreeOptions options;
+  options.report = fcl_fibers::Report::kCapsules;
+  options.ignored_neighbors = 1;
+  options.threads = 2;
+  FiberTree tree(options);
+  tree.build(fibers);
+  // clang-format off
+#include "threads_0_code.inc"
+  // clang-format on
+  EXPECT_NEAR(*std::min_element(deepest.begin(), deepest.end()), 0.15 - 2 * 0.1, 1e-12);
+}
+
 TEST(Contacts, WithTheGround) {
   using namespace fcl_fibers;
   const double points[] = {0, 0, 0.02, 1, 0, 0.5}, its_radius = 0.05;
