@@ -154,13 +154,14 @@ class FiberTree::Impl {
   template <typename S, class Partner>
   bool visitContacts(const Call& call, const Contacts<S>& question, const Partner& partner,
                      const Take& take) const {
+    const auto held = hold(call, question, partner);
     const Take computeAndTake = [&](const void* found, std::size_t count, int worker) {
       constexpr std::size_t kRun = 64;
       std::array<FoundBy<Contacts<S>, Partner>, kRun> contacts;
       const auto pairs = static_cast<const FoundBy<Pairs, Partner>*>(found);
       for (std::size_t i = 0; i < count; i += kRun) {
         const std::size_t size = std::min(kRun, count - i);
-        compute(call, question, partner, pairs + i, size, contacts.data());
+        compute(held, pairs + i, size, contacts.data());
         if (take(contacts.data(), size, worker)) return true;
       }
       return false;
@@ -169,18 +170,52 @@ class FiberTree::Impl {
     return answer(call, Pairs{}, partner, output);
   }
 
-  /// Refuses what capsuleContact() would, before a contact is written.
-  template <typename S, class Partner>
-  void requireContacts(const Call& call, const Contacts<S>& question,
-                       const Partner& partner) const {
+  // What contacts are computed from, taken before anything is visited: a visitor may change or
+  // destroy the partner.
+
+  template <typename S>
+  struct HeldTree {
+    FiberArrays<S> fibers, others;
+    std::uint32_t layout;
+  };
+  template <typename S>
+  struct HeldMesh {
+    HeldMesh(const Call& call, const FiberArrays<S>& arrays, const TriangleMesh& partner)
+        : text(call.text()), fibers(arrays), mesh(partner), contact(MeshReader::placed(mesh)) {}
+
+    const std::string text;
+    const FiberArrays<S> fibers;
+    const TriangleMesh mesh;
+    const fibers::MeshContacts contact;
+  };
+  template <typename S>
+  struct HeldShape {
+    FiberArrays<S> fibers;
+    Shape shape;
+  };
+
+  // hold() refuses what capsuleContact() would.
+
+  template <typename S>
+  HeldTree<S> hold(const Call& call, const Contacts<S>& question, const FiberTree& partner) const {
     requireArrays(call, question.fibers);
-    if constexpr (std::is_same_v<Partner, FiberTree>) {
-      if (isOf(partner)) return;
-      if (question.others == nullptr) call.refuse("give Contacts the fibers of the other tree too");
-      partner.impl()->requireArrays(call, *question.others);
-    } else if constexpr (std::is_same_v<Partner, Shape>) {
-      arrays::requireShape(call.text(), partner);
-    }
+    const std::shared_ptr<const Impl> other = partner.impl();
+    const std::uint32_t layout = index_.layout(&other->index_);
+    if (isOf(partner)) return {question.fibers, question.fibers, layout};
+    if (question.others == nullptr) call.refuse("give Contacts the fibers of the other tree too");
+    other->requireArrays(call, *question.others);
+    return {question.fibers, *question.others, layout};
+  }
+  template <typename S>
+  HeldMesh<S> hold(const Call& call, const Contacts<S>& question, const TriangleMesh& mesh) const {
+    requireArrays(call, question.fibers);
+    return HeldMesh<S>(call, question.fibers, mesh);
+  }
+  template <typename S>
+  HeldShape<S> hold(const Call& call, const Contacts<S>& question, const Shape& shape) const {
+    requireArrays(call, question.fibers);
+    arrays::requireShape(call.text(), shape);
+    return {question.fibers, shape};
   }
   template <typename S>
   void requireArrays(const Call& call, const FiberArrays<S>& fibers) const {
@@ -195,31 +230,28 @@ class FiberTree::Impl {
 
   /// Writes contacts, or what is in BareContact of them.
   template <typename S, class Found>
-  void compute(const Call& /*call*/, const Contacts<S>& question, const FiberTree& partner,
-               const SegmentPair* pairs, std::size_t count, Found* contacts) const {
-    const FiberArrays<S>& others = isOf(partner) ? question.fibers : *question.others;
-    const std::uint32_t layout = index_.layout(&partner.impl()->index_);
+  void compute(const HeldTree<S>& held, const SegmentPair* pairs, std::size_t count,
+               Found* contacts) const {
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        contacts[i] = capsuleContact(question.fibers, others, pairs[i]);
-        contacts[i].layout = layout;
+        contacts[i] = capsuleContact(held.fibers, held.others, pairs[i]);
+        contacts[i].layout = held.layout;
       }
     });
   }
 
   template <typename S>
-  void compute(const Call& call, const Contacts<S>& question, const TriangleMesh& mesh,
-               const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const {
-    const std::string text = call.text();
-    const fibers::MeshContacts contact(MeshReader::placed(mesh));
-    const FiberArrays<S>& fibers = question.fibers;
+  void compute(const HeldMesh<S>& held, const TrianglePair* pairs, std::size_t count,
+               MeshContact* contacts) const {
+    const fibers::MeshContacts& contact = held.contact;
+    const FiberArrays<S>& fibers = held.fibers;
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       constexpr std::size_t kAhead = 16;
       for (std::size_t i = begin; i < end; ++i) {
         // A point that does not exist is refused later.
         const auto next = static_cast<std::size_t>(pairs[std::min(i + kAhead, end - 1)].segment);
         if (next < fibers.point_count) __builtin_prefetch(arrays::addressOf(fibers, next));
-        const auto capsule = arrays::locate(text.c_str(), fibers, pairs[i].segment);
+        const auto capsule = arrays::locate(held.text.c_str(), fibers, pairs[i].segment);
         contacts[i] =
             contact(contact.frame().fromWorld(capsule.segment), capsule.place, pairs[i].triangle);
         contacts[i].segment = pairs[i].segment;
@@ -229,11 +261,11 @@ class FiberTree::Impl {
   }
 
   template <typename S>
-  void compute(const Call& /*call*/, const Contacts<S>& question, const Shape& shape,
-               const std::int32_t* segments, std::size_t count, ShapeContact* contacts) const {
+  void compute(const HeldShape<S>& held, const std::int32_t* segments, std::size_t count,
+               ShapeContact* contacts) const {
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        contacts[i] = shapeContact(question.fibers, shape, segments[i]);
+        contacts[i] = shapeContact(held.fibers, held.shape, segments[i]);
         contacts[i].layout = index_.layout();
       }
     });
@@ -441,37 +473,35 @@ template <class Partner, typename S>
 bool FiberTree::visitContacts(const Contacts<S>& question, const Partner& partner,
                               const Take& take) const {
   const std::shared_ptr<const Impl> held = impl();
-  const Call call{"visitInParallel", "Contacts"};
-  held->requireContacts(call, question, partner);
-  return held->visitContacts(call, question, partner, take);
+  return held->visitContacts({"visitInParallel", "Contacts"}, question, partner, take);
 }
 
 template <class Partner, typename S, class Found>
 void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner,
                              std::vector<Found>& contacts) const {
-  const std::shared_ptr<const Impl> held = impl();
+  const std::shared_ptr<const Impl> own = impl();
   const Call call{"find", "Contacts"};
-  held->requireContacts(call, question, partner);
-  const std::vector<FoundBy<Pairs, Partner>> pairs = held->pairs(call, question.order, partner);
+  const auto held = own->hold(call, question, partner);
+  const std::vector<FoundBy<Pairs, Partner>> pairs = own->pairs(call, question.order, partner);
   contacts.resize(pairs.size());
-  held->compute(call, question, partner, pairs.data(), pairs.size(), contacts.data());
+  own->compute(held, pairs.data(), pairs.size(), contacts.data());
 }
 
 template <typename S, class Partner, class Found>
 void FiberTree::findClosest(const Contacts<S>& question, const Partner& partner,
                             Found& closest) const {
-  const std::shared_ptr<const Impl> held = impl();
+  const std::shared_ptr<const Impl> own = impl();
   const Call call{"closest", nullptr};
-  held->requireContacts(call, question, partner);
+  const auto held = own->hold(call, question, partner);
   std::vector<FoundBy<Pairs, Partner>> pairs;
-  held->closestPairs(call, partner, pairs);
+  own->closestPairs(call, partner, pairs);
   constexpr std::size_t kBlock = 16384;
   std::vector<Found> contacts(std::min(kBlock, pairs.size()));
   Found way;  // of the segment at hand, with a mesh
   way.distance = closest.distance = std::numeric_limits<double>::infinity();
   for (std::size_t begin = 0; begin < pairs.size(); begin += kBlock) {
     contacts.resize(std::min(kBlock, pairs.size() - begin));
-    held->compute(call, question, partner, pairs.data() + begin, contacts.size(), contacts.data());
+    own->compute(held, pairs.data() + begin, contacts.size(), contacts.data());
     for (const Found& contact : contacts) {
       if constexpr (std::is_same_v<Found, MeshContact>) {
         if (contact.segment != way.segment) {
@@ -492,16 +522,16 @@ template <class Partner, typename S, class Found>
 void FiberTree::writeAsked(const Contacts<S>& question, const Partner& partner,
                            const FoundBy<Pairs, Partner>* pairs, std::size_t count,
                            Found* contacts) const {
-  const std::shared_ptr<const Impl> held = impl();
+  const std::shared_ptr<const Impl> own = impl();
   const Call call{"writeContacts", nullptr};
-  held->requireContacts(call, question, partner);
+  const auto held = own->hold(call, question, partner);
   if constexpr (std::is_same_v<Partner, TriangleMesh>) {
     const std::string text = call.text();
     for (std::size_t i = 0; i < count; ++i) {
       requireTriangle(text.c_str(), partner, pairs[i].triangle);
     }
   }
-  held->compute(call, question, partner, pairs, count, contacts);
+  own->compute(held, pairs, count, contacts);
 }
 
 void FiberTree::accumulate(const ContactForces& forces, const PointSums& sums) const {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -11,6 +12,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/triangle_mesh.h>
@@ -18,6 +20,7 @@
 #include "arrays/array_fibers.h"
 #include "arrays/meshes.h"
 #include "arrays/motion.h"
+#include "arrays/queries.h"
 
 namespace fcl_fibers {
 namespace {
@@ -27,13 +30,15 @@ using test::Motion;
 /// What a query reads, made anew for each. Members are empty after they were destroyed.
 struct Watched {
   static constexpr int kFibers = 30;
+  FiberTreeOptions options = test::capsules();
   Motion<double> own_motion = Motion<double>::random(1, kFibers, 0.1);
   Motion<double> other_motion = Motion<double>::random(2, kFibers, 0.1);
   Motion<float> floats = Motion<float>::random(1, kFibers, 0.1);
   test::Triangles<double> triangles = test::soup<double>(3, 300, 0.4);
-  std::optional<FiberTree> own{test::treeOf(own_motion, test::capsules())};
-  std::optional<FiberTree> other{test::treeOf(other_motion, test::capsules())};
+  std::optional<FiberTree> own{test::treeOf(own_motion, options)};
+  std::optional<FiberTree> other{test::treeOf(other_motion, options)};
   std::optional<TriangleMesh> start{triangles.view()}, end{triangles.view()};
+  Shape shape = BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}};
 };
 
 /// All that a query hands out, in its order.
@@ -173,10 +178,9 @@ TEST(ChangesDuringAQuery, EndWithAVisitorThatThrows) {
   }
 }
 
-TEST(ChangesDuringAQuery, ThatCannotBeRefusedComeAfterIt) {
-  // If this fails, a visitor that moves, replaces or destroys what the query reads, or changes a
-  // mesh, makes the query read freed memory or mix the old with the new.
-  const std::vector<std::pair<const char*, Change>> changes = {
+/// Each change that is not refused.
+std::vector<std::pair<const char*, Change>> allChanges() {
+  return {
       {"trees are replaced", [](Watched& s) { *s.own = FiberTree(), *s.other = FiberTree(); }},
       {"trees are exchanged", [](Watched& s) { std::swap(*s.own, *s.other); }},
       {"trees are moved away",
@@ -204,13 +208,69 @@ TEST(ChangesDuringAQuery, ThatCannotBeRefusedComeAfterIt) {
            mesh->setCategories(0);
          }
        }},
+      {"the shape is replaced",
+       [](Watched& s) {
+         s.shape = BoxShape{{9, 9, 9}, {10, 10, 10}};
+       }},
   };
+}
+
+TEST(ChangesDuringAQuery, ThatCannotBeRefusedComeAfterIt) {
+  // If this fails, a visitor that moves, replaces or destroys what the query reads, or changes a
+  // mesh, makes the query read freed memory or mix the old with the new.
+  const auto changes = allChanges();
   for (const VisitorQuery& query : allVisitorQueries()) {
     const Found expected = foundBy(query, [](Watched&) {});
     for (const auto& [name, change] : changes) {
       EXPECT_EQ(foundBy(query, change), expected) << query.name << ": " << name;
     }
   }
+}
+
+/// The contacts that all threads find, while the first one makes a change.
+template <class Ask>
+test::Record contactsOf(int threads, const Change& change, const Ask& ask) {
+  FiberTreeOptions options = test::capsules();
+  options.threads = threads;
+  Watched scene{options};
+  test::Record found;
+  std::mutex mutex;
+  ask(scene, [&](const auto& contact, int /*worker*/) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (found.size() == 0) change(scene);
+    found(contact);
+  });
+  return found.sorted();
+}
+
+TEST(ChangesDuringAQuery, DoNotReachContacts) {
+  // If this fails, a solver that moves a mesh or lets go of a tree while contacts come gets those
+  // of another place, or crashes.
+  const tbb::global_control most(tbb::global_control::max_allowed_parallelism, 64);
+  const auto check = [](const char* partner, const auto& ask) {
+    const test::Record expected = contactsOf(
+        1, [](Watched&) {}, ask);
+    EXPECT_GT(expected.size(), 100u) << partner;
+    for (const int threads : {1, 8}) {
+      for (const auto& [name, change] : allChanges()) {
+        EXPECT_TRUE(contactsOf(threads, change, ask).is(expected))
+            << partner << ": " << name << ", threads " << threads;
+      }
+    }
+  };
+  check("the tree itself", [](Watched& s, const auto& visit) {
+    s.own->visitInParallel(Contacts{s.own_motion.end.view()}, visit);
+  });
+  check("another tree", [](Watched& s, const auto& visit) {
+    const FiberArrays<double> others = s.other_motion.end.view();
+    s.own->visitInParallel(Contacts{s.own_motion.end.view(), &others}, *s.other, visit);
+  });
+  check("a mesh", [](Watched& s, const auto& visit) {
+    s.own->visitInParallel(Contacts{s.own_motion.end.view()}, *s.start, visit);
+  });
+  check("a shape", [](Watched& s, const auto& visit) {
+    s.own->visitInParallel(Contacts{s.own_motion.end.view()}, s.shape, visit);
+  });
 }
 
 }  // namespace
