@@ -456,6 +456,8 @@ FAULTS = [
     Fault("at distance 0 nothing is near", "index/segment_index_meshes.cpp",
           "const double limit = (s.thickness() + most) *",
           "const double limit = most == 0 ? 0 : (s.thickness() + most) *", "arrays_test"),
+    Fault("the last segments that a shape touches are lost", "index/segment_index_search.cpp",
+          "Visit::kStop : shared.share();", "Visit::kStop : Visit::kContinue;", "arrays_test"),
     Fault("a segment comes with each of its triangles", "index/segment_index_meshes.cpp",
           "if (marks_.add(found.pairs[i].a)) run[", "marks_.add(found.pairs[i].a); run[",
           "arrays_test"),

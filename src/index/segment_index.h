@@ -225,6 +225,10 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     return handOn(runs, executor(), sink);
   }
 
+  /// Hands on what one thread has found. The threads of this index share it, unless the sink takes
+  /// all on the calling one.
+  tree::Visit share(const PairRun& found, PairSink& sink) const;
+
   /// Calls visit(id) for the segments below the volumes for which near(box) is true, in the order
   /// of the tree, until it returns Visit::kStop. The box, in this index's frame, is around a padded
   /// volume.

@@ -213,8 +213,7 @@ Visit SegmentIndex::searchAt(const End& end, const PosedTriangles& triangles, do
         std::vector<Pair> inside;
         const auto handOn = [&] {
           if (!once) addNearest(end, triangles, inside);
-          const PairRun run{inside.data(), nullptr, inside.size()};
-          const Visit visit = inside.empty() ? Visit::kContinue : sink.take(run);
+          const Visit visit = share({inside.data(), nullptr, inside.size()}, sink);
           inside.clear();
           return visit;
         };
@@ -265,7 +264,7 @@ Visit SegmentIndex::search(const PosedMesh& mesh, double margin, PairSink& sink,
   if (question.first == nullptr && !inside.found.empty()) {
     addNearest(start(), mesh.start(), inside.found);
     const std::vector<Impact> at_start(inside.found.size(), Impact{0, 0, 0});
-    if (sink.take({inside.found.data(), at_start.data(), at_start.size()}) == Visit::kStop) {
+    if (share({inside.found.data(), at_start.data(), at_start.size()}, sink) == Visit::kStop) {
       return Visit::kStop;
     }
   }

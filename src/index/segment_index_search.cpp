@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <type_traits>
+#include <vector>
 
 #include "geometry/moving_box.h"
 #include "geometry/obstacle_impact.h"
@@ -162,8 +163,61 @@ class ObstacleFilter final : public PairFilter {
 
 }  // namespace
 
+Visit SegmentIndex::share(const PairRun& found, PairSink& sink) const {
+  // A visitor may take long for each pair, so the runs are short.
+  constexpr std::size_t kShort = 64;
+  const std::size_t most = executor() != nullptr ? kShort : found.count;
+  std::vector<PairRun> runs;
+  for (std::size_t begin = 0; begin < found.count; begin += most) {
+    const geometry::Impact* const impacts =
+        found.impacts != nullptr ? found.impacts + begin : nullptr;
+    runs.push_back({found.pairs + begin, impacts, std::min(most, found.count - begin)});
+  }
+  return handOn(runs, executor(), sink);
+}
+
+namespace {
+
+/// Keeps what a search on one thread finds, for all threads to take.
+class SharingSink final : public PairSink {
+ public:
+  SharingSink(const SegmentIndex& index, PairSink& sink) : index_(index), sink_(sink) {}
+
+  std::size_t sift(tree::Pair* pairs, geometry::Impact* impacts, std::size_t count) const override {
+    return sink_.sift(pairs, impacts, count);
+  }
+  Visit take(const PairRun& run) override {
+    constexpr std::size_t kMost = std::size_t{1} << 14;
+    pairs_.insert(pairs_.end(), run.pairs, run.pairs + run.count);
+    if (run.impacts != nullptr) {
+      impacts_.insert(impacts_.end(), run.impacts, run.impacts + run.count);
+    }
+    return pairs_.size() < kMost ? Visit::kContinue : share();
+  }
+  /// Must be called at the end of a search, too.
+  Visit share() {
+    const geometry::Impact* const impacts = impacts_.empty() ? nullptr : impacts_.data();
+    const Visit visit = index_.share({pairs_.data(), impacts, pairs_.size()}, sink_);
+    pairs_.clear();
+    impacts_.clear();
+    return visit;
+  }
+
+ private:
+  const SegmentIndex& index_;
+  PairSink& sink_;
+  std::vector<tree::Pair> pairs_;
+  std::vector<geometry::Impact> impacts_;
+};
+
+}  // namespace
+
 Visit SegmentIndex::search(const Obstacle& obstacle, PairSink& sink,
                            const Question& question) const {
+  if (executor() != nullptr && sink.delivery() == PairSink::Delivery::kAtOnce) {
+    SharingSink shared(*this, sink);
+    return search(obstacle, shared, question) == Visit::kStop ? Visit::kStop : shared.share();
+  }
   const Segment around = aroundOf(obstacle);
   if (!around.isBox()) {
     return search({around, around}, obstacle.error, tree::kNoGroup, /*second=*/0, sink, question);

@@ -255,6 +255,7 @@ void forQuestions(const FiberTree& tree, const FiberTree& other, const Motion<do
   const TriangleMesh mesh(ball<double>(0.3, 16, 24).view(), TriangleMesh::Kind::kSolid);
   const MeshStep step{mesh, mesh};
   const BoxShape box{{-0.2, 0, 0}, {0.2, 0.1, 0.1}};
+  const TriangleMesh room(ball<double>(2, 16, 24).view(), TriangleMesh::Kind::kSolid);
   ask("Pairs", Pairs{Order::kFibers}, tree);
   ask("Pairs of two", Pairs{}, other);
   ask("Pairs of a mesh", Pairs{}, mesh);
@@ -271,6 +272,8 @@ void forQuestions(const FiberTree& tree, const FiberTree& other, const Motion<do
   ask("Contacts of two", Contacts<double>{own_points, &points}, other);
   ask("Contacts of a mesh", Contacts<double>{own_points}, mesh);
   ask("Contacts of a box", Contacts<double>{own_points}, box);
+  ask("Contacts of a solid around all", Contacts<double>{own_points}, room);
+  ask("Impacts of a solid around all", Impacts{}, MeshStep{room, room});
 }
 
 TEST(VisitInParallel, FindsWhatVisitFinds) {
@@ -323,6 +326,38 @@ TEST(VisitInParallel, EndsSoon) {
     expectEnds(Pairs{});
     expectEnds(Nearest{1});
     expectEnds(Contacts<double>{dense.view()});
+  }
+}
+
+TEST(VisitInParallel, FindsAllThatALargeShapeTouches) {
+  // If this fails, a floor under many fibers pushes some of them twice or not at all.
+  const tbb::global_control most(tbb::global_control::max_allowed_parallelism, 64);
+  const auto motion = Motion<double>::random(74, 1500, 0.05);
+  for (const int threads : {1, 2, 8}) {
+    FiberTreeOptions options = capsules();
+    options.threads = threads;
+    const FiberTree tree = steppedTree(motion, options);
+    std::vector<std::vector<std::size_t>> calls(static_cast<std::size_t>(tree.workerCount()));
+    for (auto& of_worker : calls) of_worker.resize(motion.end.pointCount());
+    const auto count = [&](std::int32_t segment, int worker) {
+      ++calls[static_cast<std::size_t>(worker)][static_cast<std::size_t>(segment)];
+    };
+    const HalfSpaceShape all{{0, 0, 1}, 100};
+    tree.visitInParallel(Contacts{motion.end.view()}, all,
+                         [&](const ShapeContact& c, int worker) { count(c.segment, worker); });
+    tree.visitInParallel(Impacts{}, BoxShape{{-9, -9, -9}, {9, 9, 9}},
+                         [&](const ShapeImpact& i, int worker) { count(i.segment, worker); });
+    const std::vector<std::int32_t> segments = tree.segments();
+    ASSERT_GT(segments.size(), 20000u);
+    for (const std::int32_t segment : segments) {
+      std::size_t sum = 0;
+      for (const auto& of_worker : calls) sum += of_worker[static_cast<std::size_t>(segment)];
+      ASSERT_EQ(sum, 2u) << segment << ", threads " << threads;
+    }
+    std::atomic<std::size_t> visited{0};
+    EXPECT_TRUE(
+        tree.visitInParallel(Pairs{}, all, [&](std::int32_t, int) { return ++visited == 10000; }));
+    EXPECT_LT(visited, segments.size()) << "the visitor had enough";
   }
 }
 
