@@ -28,6 +28,7 @@
 #include "index/posed_mesh.h"
 #include "index/segment_index.h"
 #include "joined_text.h"
+#include "parallel/unwritten.h"
 
 namespace fcl_fibers {
 namespace {
@@ -36,6 +37,7 @@ using arrays::Output;
 using arrays::refuse;
 using arrays::Take;
 using index::PairSink;
+using parallel::UnwrittenVector;
 using tree::Visit;
 
 /// In the order of FiberTree::Questions. That of safeStep() is named by the call.
@@ -71,7 +73,7 @@ struct Call {
 
 /// Replaces the content of a vector by what search(output) finds.
 template <class Found, class Search>
-void collect(std::vector<Found>& all, Search&& search) {
+void collect(UnwrittenVector<Found>& all, Search&& search) {
   const arrays::Room room = [&all](std::size_t count) {
     if (count > all.size()) all.resize(count);
     return static_cast<void*>(all.data());
@@ -129,24 +131,26 @@ class FiberTree::Impl {
   bool answerInOrder(const Call& call, const Pairs& question, const Partner& partner,
                      Output& output) const {
     using Found = FoundBy<Pairs, Partner>;
-    std::vector<Found> all;
-    collect(all, [&](Output& found) { search(call, question, partner, found); });
-    if constexpr (std::is_same_v<Partner, FiberTree>) {
-      arrays::sortFound(question.order, index_.table(), partner.impl()->index_.table(), all);
-    } else {
-      arrays::sortFound(all);
-    }
     if (output.delivery() != PairSink::Delivery::kPlaced) {
+      UnwrittenVector<Found> all;
+      collect(all, [&](Output& found) { answerInOrder(call, question, partner, found); });
       return !all.empty() && output.take(all.data(), all.size(), 0);
     }
-    output.makeRoom(all.size());
-    std::copy(all.begin(), all.end(), output.at<Found>(0));
+    search(call, question, partner, output);
+    output.makeRoom(0);  // behind all
+    const std::size_t count = output.count();
+    Found* const all = output.at<Found>(0) - count;
+    if constexpr (std::is_same_v<Partner, FiberTree>) {
+      arrays::sortFound(question.order, index_.table(), partner.impl()->index_.table(), all, count);
+    } else {
+      arrays::sortFound(all, count);
+    }
     return false;
   }
   template <class Partner>
-  std::vector<FoundBy<Pairs, Partner>> pairs(const Call& call, Order order,
-                                             const Partner& partner) const {
-    std::vector<FoundBy<Pairs, Partner>> pairs;
+  UnwrittenVector<FoundBy<Pairs, Partner>> pairs(const Call& call, Order order,
+                                                 const Partner& partner) const {
+    UnwrittenVector<FoundBy<Pairs, Partner>> pairs;
     collect(pairs, [&](Output& found) { answer(call, Pairs{order}, partner, found); });
     return pairs;
   }
@@ -278,14 +282,14 @@ class FiberTree::Impl {
 
   // The pairs of which one has the least distance: all that touch or, if none does, candidates.
   void closestPairs(const Call& call, const FiberTree& partner,
-                    std::vector<SegmentPair>& pairs) const {
+                    UnwrittenVector<SegmentPair>& pairs) const {
     const std::shared_ptr<const Impl> held = partner.impl();
     call.require(index_.problem(/*needs_capsules=*/true));
     collect(pairs, [&](Output& found) { search(call, Pairs{}, partner, found); });
     if (pairs.empty()) arrays::findClosest(call.text(), index_, held->index_, pairs);
   }
   void closestPairs(const Call& call, const TriangleMesh& partner,
-                    std::vector<TrianglePair>& pairs) const {
+                    UnwrittenVector<TrianglePair>& pairs) const {
     call.require(index_.problem(/*needs_capsules=*/true));
     const index::PosedMesh mesh(placed(call, partner), index_->frame());
     collect(pairs, [&](Output& found) {
@@ -293,7 +297,7 @@ class FiberTree::Impl {
           found, nullptr, [&](PairSink& sink) { return index_->search(mesh, /*margin=*/0, sink); });
     });
     if (pairs.empty()) arrays::findClosest(index_, mesh, pairs);
-    arrays::sortFound(pairs);  // the triangles of a segment follow each other
+    arrays::sortFound(pairs.data(), pairs.size());  // the triangles of a segment follow each other
   }
 
   FiberSegment fiberSegment(std::int32_t segment) const {
@@ -482,7 +486,7 @@ void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner
   const std::shared_ptr<const Impl> own = impl();
   const Call call{"find", "Contacts"};
   const auto held = own->hold(call, question, partner);
-  const std::vector<FoundBy<Pairs, Partner>> pairs = own->pairs(call, question.order, partner);
+  const auto pairs = own->pairs(call, question.order, partner);
   contacts.resize(pairs.size());
   own->compute(held, pairs.data(), pairs.size(), contacts.data());
 }
@@ -493,7 +497,7 @@ void FiberTree::findClosest(const Contacts<S>& question, const Partner& partner,
   const std::shared_ptr<const Impl> own = impl();
   const Call call{"closest", nullptr};
   const auto held = own->hold(call, question, partner);
-  std::vector<FoundBy<Pairs, Partner>> pairs;
+  UnwrittenVector<FoundBy<Pairs, Partner>> pairs;
   own->closestPairs(call, partner, pairs);
   constexpr std::size_t kBlock = 16384;
   std::vector<Found> contacts(std::min(kBlock, pairs.size()));

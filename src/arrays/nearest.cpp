@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "arrays/pair_sinks.h"
 #include "fibers/capsule_contact.h"
@@ -92,7 +93,7 @@ Segment taken(const std::string& call, const FrameChange& change, const Segment&
 }  // namespace
 
 void findClosest(const std::string& call, const FiberIndex& own, const FiberIndex& other,
-                 std::vector<SegmentPair>& pairs) {
+                 parallel::UnwrittenVector<SegmentPair>& pairs) {
   const bool is_own = &own == &other;
   const PairsOfOne counts(own.table());
   const FrameChange to_own(other->frame(), own->frame());
@@ -112,7 +113,7 @@ void findClosest(const std::string& call, const FiberIndex& own, const FiberInde
 }
 
 void findClosest(const FiberIndex& own, const index::PosedMesh& mesh,
-                 std::vector<TrianglePair>& pairs) {
+                 parallel::UnwrittenVector<TrianglePair>& pairs) {
   const index::PosedTriangles& triangles = mesh.end();
   const auto measure = [&](SegmentId segment, index::TriangleId triangle) {
     const Segment p = own->segment(segment);

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "arrays/fiber_index.h"
 #include "index/posed_mesh.h"
+#include "parallel/unwritten.h"
 
 namespace fcl_fibers::arrays {
 
@@ -17,10 +17,10 @@ namespace fcl_fibers::arrays {
 /// @param call  that is refused, by std::invalid_argument, if coordinates overflow
 /// @pre no pair touches, or all have to be looked at
 void findClosest(const std::string& call, const FiberIndex& own, const FiberIndex& other,
-                 std::vector<SegmentPair>& pairs);
+                 parallel::UnwrittenVector<SegmentPair>& pairs);
 /// Does the same for a tree and a mesh.
 void findClosest(const FiberIndex& own, const index::PosedMesh& mesh,
-                 std::vector<TrianglePair>& pairs);
+                 parallel::UnwrittenVector<TrianglePair>& pairs);
 
 /// Finds each segment of a tree that is at most `distance` from another tree, or from the rest of
 /// its own, and the candidate of least id.

@@ -5,6 +5,9 @@
 #include <cstddef>
 #include <numeric>
 #include <tuple>
+#include <vector>
+
+#include "parallel/unwritten.h"
 
 namespace fcl_fibers::arrays {
 namespace {
@@ -28,13 +31,13 @@ std::size_t take(Key& key, int bits) {
 
 /// Sorts keys of so many bits: radix sort, whose digits are so small that their counts stay in the
 /// cache.
-void sortKeys(std::vector<Key>& keys, int bits) {
+void sortKeys(parallel::UnwrittenVector<Key>& keys, int bits) {
   constexpr int kMost = 11;
   if (keys.size() < std::size_t{1} << kMost) return std::sort(keys.begin(), keys.end());
   const int passes = (bits + kMost - 1) / kMost;
   const int digit = (bits + passes - 1) / passes;
   const Key mask = (Key{1} << digit) - 1;
-  std::vector<Key> sorted(keys.size());
+  parallel::UnwrittenVector<Key> sorted(keys.size());
   std::vector<std::size_t> place(mask + 2);
   for (int shift = 0; shift < bits; shift += digit) {
     std::fill(place.begin(), place.end(), 0);
@@ -47,17 +50,19 @@ void sortKeys(std::vector<Key>& keys, int bits) {
 
 /// Sorts what keyOf(found) turns into keys, and foundOf(key) back.
 template <class Found, class KeyOf, class FoundOf>
-void sortByKey(std::vector<Found>& all, int bits, const KeyOf& keyOf, const FoundOf& foundOf) {
-  std::vector<Key> keys(all.size());
-  std::transform(all.begin(), all.end(), keys.begin(), keyOf);
+void sortByKey(Found* all, std::size_t count, int bits, const KeyOf& keyOf,
+               const FoundOf& foundOf) {
+  parallel::UnwrittenVector<Key> keys(count);
+  std::transform(all, all + count, keys.begin(), keyOf);
   sortKeys(keys, bits);
-  std::transform(keys.begin(), keys.end(), all.begin(), foundOf);
+  std::transform(keys.begin(), keys.end(), all, foundOf);
 }
 
 template <class Pair>
-void sortPairs(std::vector<Pair>& pairs) {
+void sortPairs(Pair* pairs, std::size_t count) {
   std::size_t any_a = 0, any_b = 0;
-  for (const auto& [a, b] : pairs) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& [a, b] = pairs[i];
     any_a |= static_cast<std::size_t>(a);
     any_b |= static_cast<std::size_t>(b);
   }
@@ -66,7 +71,7 @@ void sortPairs(std::vector<Pair>& pairs) {
     const auto& [a, b] = pair;
     return static_cast<Key>(a) << b_bits | static_cast<Key>(b);
   };
-  sortByKey(pairs, bitsOf(any_a) + b_bits, keyOf, [&](Key key) {
+  sortByKey(pairs, count, bitsOf(any_a) + b_bits, keyOf, [&](Key key) {
     const auto b = static_cast<std::int32_t>(take(key, b_bits));
     return Pair{static_cast<std::int32_t>(key), b};
   });
@@ -85,16 +90,16 @@ std::size_t longest(const FiberTable& table) {
 
 }  // namespace
 
-void sortFound(Order order, const FiberTable& a, const FiberTable& b,
-               std::vector<SegmentPair>& found) {
-  if (order == Order::kSegments || found.empty()) return sortPairs(found);
+void sortFound(Order order, const FiberTable& a, const FiberTable& b, SegmentPair* found,
+               std::size_t count) {
+  if (order == Order::kSegments || count == 0) return sortPairs(found, count);
   const int fiber_a = bitsOf(a.fiberCount() - 1), fiber_b = bitsOf(b.fiberCount() - 1),
             number_a = bitsOf(longest(a)), number_b = bitsOf(longest(b));
   if (fiber_a + fiber_b + number_a + number_b > 64) {
     const auto key = [&](const SegmentPair& pair) {
       return std::tuple(a.placeOf(pair.a).fiber, b.placeOf(pair.b).fiber, pair.a, pair.b);
     };
-    return std::sort(found.begin(), found.end(),
+    return std::sort(found, found + count,
                      [&](const SegmentPair& p, const SegmentPair& q) { return key(p) < key(q); });
   }
   const auto keyOf = [&](const SegmentPair& pair) {
@@ -102,7 +107,7 @@ void sortFound(Order order, const FiberTable& a, const FiberTable& b,
     const Key fibers = Key{p.fiber} << fiber_b | Key{q.fiber};
     return (fibers << number_a | Key{p.number}) << number_b | Key{q.number};
   };
-  sortByKey(found, fiber_a + fiber_b + number_a + number_b, keyOf, [&](Key key) {
+  sortByKey(found, count, fiber_a + fiber_b + number_a + number_b, keyOf, [&](Key key) {
     const auto q = static_cast<std::int32_t>(take(key, number_b));
     const auto p = static_cast<std::int32_t>(take(key, number_a));
     const std::size_t of_b = take(key, fiber_b);
@@ -110,7 +115,7 @@ void sortFound(Order order, const FiberTable& a, const FiberTable& b,
   });
 }
 
-void sortFound(std::vector<TrianglePair>& found) { sortPairs(found); }
-void sortFound(std::vector<std::int32_t>& found) { std::sort(found.begin(), found.end()); }
+void sortFound(TrianglePair* found, std::size_t count) { sortPairs(found, count); }
+void sortFound(std::int32_t* found, std::size_t count) { std::sort(found, found + count); }
 
 }  // namespace fcl_fibers::arrays

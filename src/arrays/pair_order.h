@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include <fcl_fibers/fiber_questions.h>
 
@@ -10,13 +10,13 @@
 
 namespace fcl_fibers::arrays {
 
-// Sorts what was found. Fibers ascend with their segments.
+// Sorts `count` that were found. Fibers ascend with their segments.
 
 /// @param a, b  the tables of both segments
 /// @param order  kSegments or kFibers
 void sortFound(Order order, const fibers::FiberTable& a, const fibers::FiberTable& b,
-               std::vector<SegmentPair>& found);
-void sortFound(std::vector<TrianglePair>& found);
-void sortFound(std::vector<std::int32_t>& found);
+               SegmentPair* found, std::size_t count);
+void sortFound(TrianglePair* found, std::size_t count);
+void sortFound(std::int32_t* found, std::size_t count);
 
 }  // namespace fcl_fibers::arrays
