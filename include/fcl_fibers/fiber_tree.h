@@ -260,8 +260,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///
   /// `visit` returns nothing or a bool. After it has returned true or has thrown, each other thread
   /// may call it for at most 63 more, and it is called no more. The call then returns true, or
-  /// throws one of the exceptions. `visit` may query any tree. Such a query, unless it is asked on
-  /// the calling thread, runs on its own thread alone. The order of a question has no effect.
+  /// throws one of the exceptions. `visit` may query any tree. A query that it asks on
+  /// another thread than the caller's runs on that thread alone. A question's order has no effect.
   /// Throws as visit() does.
   template <class Question, class Partner, class Visitor>
   bool visitInParallel(const Question& question, const Partner& partner, Visitor&& visit) const {
