@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -119,11 +120,11 @@ TYPED_TEST(ManagerMemory, OfADenseQueryIsBoundedAndGivenBack) {
       return false;
     });
     EXPECT_GT(count.calls, 17'000'000u);  // 144 megabytes
-    EXPECT_LE(count.most - live_before, std::size_t{64} << 20);
-    const std::size_t kept = liveBytes() - live_before;
-    EXPECT_LE(kept, std::size_t{5} << 20);
-    EXPECT_NEAR(double(manager->memoryUsage() - said_before), double(kept),
-                0.05 * double(kept) + 4096);
+    EXPECT_LE(count.most, live_before + (std::size_t{64} << 20));
+    // Less than before, if a thread that was called for an earlier task has come only now.
+    const double kept = double(liveBytes()) - double(live_before);
+    EXPECT_LE(kept, double(5 << 20));
+    EXPECT_NEAR(double(manager->memoryUsage() - said_before), kept, 0.05 * std::abs(kept) + 4096);
   }
 }
 

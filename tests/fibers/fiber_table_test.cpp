@@ -32,7 +32,8 @@ class Model {
   void add(std::vector<double> lengths, bool has_neighbors, bool closed, Group group) {
     table_.startFiber({has_neighbors, closed, group});
     lengths.resize(lengths.size() + static_cast<std::size_t>(ids_behind_));
-    if (add_at_once_ = !add_at_once_) {
+    add_at_once_ = !add_at_once_;
+    if (add_at_once_) {
       table_.addIds(static_cast<SegmentId>(lengths.size()));
       if (table_.hasArcLengths()) {
         table_.setLengths(table_.fiberCount() - 1, [&](std::size_t i) { return lengths[i]; });
