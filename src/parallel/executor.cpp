@@ -51,8 +51,9 @@ class Call {
   /// happens after the call began.
   class Helper {
    public:
-    explicit Helper(Call& call) : call_(&call) {
+    explicit Helper(Call& call) {
       call.users_.fetch_add(1, std::memory_order_relaxed);
+      call_.store(&call, std::memory_order_release);
     }
     Helper(const Helper& other) : Helper(*other.call_.load(std::memory_order_acquire)) {}
     Helper& operator=(const Helper&) = delete;
