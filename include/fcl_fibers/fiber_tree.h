@@ -16,6 +16,12 @@
 
 namespace fcl_fibers {
 
+namespace arrays {
+class FiberIndex;
+}
+template <class Partner>
+class LivePairs;
+
 /// Fibers as plain arrays, which FiberTree reads. Fiber f is the polyline through the points
 /// [point_begin[f], point_begin[f + 1]), with a capsule between each two consecutive points. A
 /// fiber of fewer than two points has no capsule. The arrays are borrowed for the length of a call.
@@ -465,6 +471,11 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
         "closest() of a FiberTree or TriangleMesh; Impacts and safeStep() of a FiberTree, MeshStep "
         "or Shape; MovingPairs of a FiberTree. The table in fiber_questions.h tells why.");
   }
+
+  template <class Partner>
+  friend class LivePairs;
+  /// Returns the fibers and the tree, which stay until the result goes.
+  FCL_FIBERS_TREE_NO_EXPORT std::shared_ptr<arrays::FiberIndex> index() const;
 
   class FCL_FIBERS_TREE_NO_EXPORT Impl;
   FCL_FIBERS_TREE_NO_EXPORT Impl& change(const char* call);

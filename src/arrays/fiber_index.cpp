@@ -111,6 +111,7 @@ void FiberIndex::build(const FiberArrays<S>& fibers) {
   FiberTable table = emptyTable();
   addFibers(fibers, table, index_.executor());
   rebuild("FiberTree::build", ArraySource<S>(fibers, largest), &table);
+  ++build_count_;
 }
 
 template <typename S>
@@ -132,7 +133,7 @@ void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fiber
         "wrapped spheres have no motion; construct the tree with Volumes::kLayeredBoxes, or pass "
         "the end of the step alone");
   }
-  refit(kUpdate, ArraySource<S>(fibers, largest));
+  refit(kUpdate, ArraySource<S>(fibers, largest), /*may_wait=*/start == nullptr);
   if (start == nullptr) return index_.endStep();
   is_valid_ = false;
   if (!index_.fitStart(ArraySource<S>(*start, largest))) {
@@ -155,9 +156,16 @@ void FiberIndex::rebuild(const char* call, const ArraySource<S>& source, FiberTa
 }
 
 template <typename S>
-void FiberIndex::refit(const char* call, const ArraySource<S>& source) {
+void FiberIndex::refit(const char* call, const ArraySource<S>& source, bool may_wait) {
   if (!is_valid_ || !source.staysFiniteIn(index_.frame())) return rebuild(call, source, &table_);
   is_valid_ = false;
+  if (may_wait && watch_.use_count() > 1) {
+    index_.endStep();
+    if (index_.reread(source)) {
+      is_valid_ = true;
+      return;
+    }
+  }
   if (!index_.refit(source)) {
     index_.build(source, index_.betterFrame(source), 0, table_.idCount(),
                  table_.segments(index_.executor()));

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,7 @@ class FiberIndex {
   const FiberTreeOptions& options() const { return options_; }
   const fibers::FiberTable& table() const { return table_; }
   const index::SegmentIndex& operator*() const { return index_; }
+  index::SegmentIndex& index() { return index_; }
   const index::SegmentIndex* operator->() const { return &index_; }
   std::size_t memoryUsage() const;
 
@@ -41,6 +44,13 @@ class FiberIndex {
   template <typename S>
   bool hasFibersOf(const FiberArrays<S>& fibers) const;
 
+  /// While anybody holds what it returns, an update leaves the volumes to the first search that
+  /// needs them.
+  std::shared_ptr<const void> watch() const { return watch_; }
+
+  /// Changes with every build(), which may give the names of segments to others.
+  std::size_t buildCount() const { return build_count_; }
+
   /// See FiberTree::segments().
   std::vector<std::int32_t> segments() const;
 
@@ -55,13 +65,15 @@ class FiberIndex {
   template <typename S>
   void rebuild(const char* call, const ArraySource<S>& source, fibers::FiberTable* table);
   template <typename S>
-  void refit(const char* call, const ArraySource<S>& source);
+  void refit(const char* call, const ArraySource<S>& source, bool may_wait);
 
   FiberTreeOptions options_;
   fibers::FiberTable table_;
   index::SegmentIndex index_;
   std::uint32_t layout_ = 0;
   bool is_valid_ = true;  ///< false after a build or an update has thrown
+  std::size_t build_count_ = 0;
+  std::shared_ptr<const void> watch_ = std::make_shared<char>();
 };
 
 }  // namespace fcl_fibers::arrays

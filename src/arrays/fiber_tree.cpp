@@ -437,6 +437,10 @@ std::shared_ptr<FiberTree::Impl> FiberTree::impl() const {
 }
 
 /// Returns the state for a call that changes it, unless a query holds it.
+std::shared_ptr<arrays::FiberIndex> FiberTree::index() const {
+  const std::shared_ptr<Impl> held = impl();
+  return {held, &held->index()};
+}
 FiberTree::Impl& FiberTree::change(const char* call) {
   if (impl_ == nullptr) impl_ = impl();
   if (impl_.use_count() > 1) fibers::throwQueryRuns(std::string("FiberTree::") + call);

@@ -51,6 +51,15 @@ class KeptSegments {
   SegmentId end() const { return begin_ + static_cast<SegmentId>(count_); }
   bool has(SegmentId id) const { return id >= begin() && id < end(); }
 
+  bool sharesEnds() const { return share_ends_; }
+  /// Whether the point is kept once where a segment meets the one with the next id, or the one with
+  /// the id before.
+  ///@{
+  bool sharesSecondEnd(SegmentId id) const { return share_ends_ && isSegment(id + 1); }
+  bool sharesFirstEnd(SegmentId id) const {
+    return share_ends_ && id > begin_ && isSegment(id - 1);
+  }
+  ///@}
   /// Whether the segments include this id.
   /// @pre ends are shared
   bool isSegment(SegmentId id) const { return has(static_cast<std::size_t>(id - begin_)); }

@@ -71,13 +71,16 @@ struct Question {
   bool of_volumes = false;             ///< whether volumes count in any case
   bool once = false;                   ///< whether one pair with a mesh is enough for each segment
   const PairFilter* wanted = nullptr;  ///< keeps the pairs that count at all; null for all
+  /// How much further apart than the margin what counts may be, in the world's unit. Of the pairs
+  /// within one index only those are found for which SegmentIndex::fitBeyond() has been called.
+  double beyond = 0;
   /// If it is not null, the search hands on no pair. This gets the first time of the step at which
   /// two segments touch that did not at the start, or come nearer than they were there.
   /// @pre no segment is a box
   FirstTime* first = nullptr;
 
   static Question ofStep(const PairFilter* wanted = nullptr, FirstTime* first = nullptr) {
-    return {/*of_step=*/true, false, false, wanted, first};
+    return {/*of_step=*/true, false, false, wanted, 0, first};
   }
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <utility>
 
 #include "tree/bundle.h"
@@ -24,6 +25,9 @@ using Ids = std::array<SegmentId, kRange>;
 /// others.
 constexpr double kLoose = 1.5;
 
+/// A frame is kept until the middle of the segments has moved by this share of their spread.
+constexpr double kDrift = 0.25;
+
 }  // namespace
 
 SegmentIndex::SegmentIndex(const IndexOptions& options)
@@ -34,11 +38,14 @@ SegmentIndex::SegmentIndex(const IndexOptions& options)
 
 void SegmentIndex::copy(const SegmentIndex& other) {
   endStep();
-  now_ = other.now_;
+  now_ = other.fitted();
+  fit_->is_due = false;
+  ++build_count_;
   begin_ = other.begin_;
   end_ = other.end_;
   looseness_when_built_ = other.looseness_when_built_;
   in_new_frame_ = other.in_new_frame_;
+  sampled_in_new_frame_ = other.sampled_in_new_frame_;
   frame_lasts_ = other.frame_lasts_;
   fitted_ = other.fitted_;
   unit_ = other.unit_;
@@ -50,6 +57,8 @@ void SegmentIndex::clear() {
   frame_lasts_ = false;
   begin_ = end_ = 0;
   now_ = {{}, KeptSegments(options_.share_ends), {}};
+  fit_->is_due = false;
+  ++build_count_;
   blocks_->clear();
 }
 
@@ -72,9 +81,13 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
 bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, SegmentId begin,
                             SegmentId end, const tree::Fibers& fibers, bool in_range) {
   keepStarts();
+  ++build_count_;
+  fit_->is_due = false;
+  is_loose_ = false;
   begin_ = begin;
   end_ = end;
   now_.frame = frame;
+  now_.reach = -1;
   Tree last = std::exchange(now_.tree, Tree());
   // A source that is slow to read is read once, into segments that are freed after the build.
   const bool stores = keepsSegments() || source.isFasterInOrder();
@@ -102,7 +115,7 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
   if (!is_read || !fits) return false;
   makeTree(fibers, std::move(middles));
   if (stores) {
-    fitFromSegments(now_);
+    fitFromSegments(now_, padding());
   } else if (!fitFrom(now_, source)) {
     return false;
   }
@@ -177,7 +190,7 @@ bool SegmentIndex::refit(const SegmentSource& source) {
     const tree::Extent now = extent();
     // A frame that is no longer good is used once more, so that no update refits twice, unless it
     // is far too bad.
-    frame_lasts_ = staysWithin(in_new_frame_, now, 0.25);
+    frame_lasts_ = staysWithin(in_new_frame_, now, kDrift);
     if (frame_lasts_ || staysWithin(in_new_frame_, now, 16)) return !hasDecayed(kLoose);
   }
   return refit(source, betterFrame(source));
@@ -196,8 +209,44 @@ bool SegmentIndex::refit(const SegmentSource& source, const Frame& frame) {
 
 void SegmentIndex::useNewFrame() {
   in_new_frame_ = extent();
+  if (keepsSegments()) sampled_in_new_frame_ = sampledExtent(in_new_frame_.reach);
   // If the extent is not known, each refit chooses a frame.
   frame_lasts_ = in_new_frame_.is_finite;
+}
+
+/// The extent by a sample of segments, which needs no volumes.
+/// @param reach  bounds the coordinates of all
+tree::Extent SegmentIndex::sampledExtent(double reach) const {
+  tree::ExtentSample sample;
+  const tree::SegmentIds& ids = leaves();
+  const std::size_t every = ids.size() / tree::ExtentSample::kMost + 1;
+  for (std::size_t i = 0; i < ids.size(); i += every) {
+    sample.add(midpoint(now_.segments[ids[i]]), reach);
+  }
+  return sample.extent();
+}
+
+double SegmentIndex::usualReach() const {
+  constexpr std::size_t kMost = 255;
+  constexpr double kSmall = 0x1p-6;
+  std::vector<double> radii, sizes;
+  const tree::SegmentIds& ids = leaves();
+  for (std::size_t i = 0; i < ids.size(); i += ids.size() / kMost + 1) {
+    const Segment segment = now_.segments[ids[i]];
+    const double size = maxNorm(segment.b - segment.a);
+    radii.push_back(segment.thickness());
+    sizes.push_back(std::isfinite(size) ? size : 0);
+  }
+  const auto medianOf = [](std::vector<double>& numbers) {
+    if (numbers.empty()) return 0.0;
+    const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+    std::nth_element(numbers.begin(), middle, numbers.end());
+    return *middle;
+  };
+  const double reach = 2 * medianOf(radii) + margin();
+  if (reach > 0 && std::isfinite(reach)) return reach;
+  const double size = medianOf(sizes);
+  return size > 0 ? kSmall * size : kSmall;
 }
 
 tree::Extent SegmentIndex::extent() const {
@@ -213,9 +262,56 @@ bool SegmentIndex::tryRefit(const SegmentSource& source, const Frame& frame) {
   return true;
 }
 
+bool SegmentIndex::reread(const SegmentSource& source) {
+  if (!frame_lasts_ || is_loose_ || step_ != Step::kNone) return false;
+  std::atomic<double> reach{0};
+  now_.segments.forgetBoxes();
+  const auto store = [&](const SegmentId* ids, int count, BlockMask present,
+                         const SegmentBlock& block) {
+    now_.segments.set(ids, count, present, block);
+    double largest = 0;
+    for (int i = 0; i < count; ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        largest = std::max({largest, std::fabs(block.a[axis][i]), std::fabs(block.b[axis][i])});
+      }
+      largest = std::max(largest, block.radius[i]);
+    }
+    double before = reach.load(std::memory_order_relaxed);
+    while (before < largest && !reach.compare_exchange_weak(before, largest)) {
+    }
+  };
+  if (!readInOrder(now_.segments, source, now_.frame, store)) return false;
+  // As of a point and the radius there.
+  const double coordinates = 2 * reach;
+  if (!staysWithin(sampled_in_new_frame_, sampledExtent(coordinates), kDrift)) return false;
+  now_.reach = coordinates;
+  unit_ = now_.segments.usualUnit();
+  fit_->is_due.store(true, std::memory_order_release);
+  return true;
+}
+
+void SegmentIndex::fitBeyond(double beyond) {
+  fitFromSegments(now_, padding() + beyond / 2 * frame().scale);
+  is_loose_ = is_loose_ || hasDecayed(kLoose);
+  fit_->is_due.store(true, std::memory_order_release);
+}
+
+const SegmentIndex::End& SegmentIndex::fittedNow() const {
+  const std::lock_guard<std::mutex> lock(fit_->mutex);
+  if (fit_->is_due.load(std::memory_order_relaxed)) {
+    fitFromSegments(now_, padding());
+    now_.reach = -1;
+    is_loose_ = is_loose_ || hasDecayed(kLoose);
+    fit_->is_due.store(false, std::memory_order_release);
+  }
+  return now_;
+}
+
 /// Reads all segments and fits their volumes. Returns whether all could be read.
 bool SegmentIndex::read(End& end, const SegmentSource& source, const Frame& frame) {
   end.frame = frame;
+  end.reach = -1;
+  if (&end == &now_) fit_->is_due = is_loose_ = false;
   end.segments.forgetBoxes();
   if (source.isFasterInOrder()) return placeFrom(end, source);
   if (!keepsSegments()) return fitFrom(end, source);
@@ -224,7 +320,7 @@ bool SegmentIndex::read(End& end, const SegmentSource& source, const Frame& fram
     end.segments.set(ids, count, present, block);
   };
   if (!readInOrder(end.segments, source, frame, store)) return false;
-  fitFromSegments(end);
+  fitFromSegments(end, padding());
   return true;
 }
 
@@ -252,10 +348,10 @@ bool SegmentIndex::readInOrder(const KeptSegments& segments, const SegmentSource
 /// Fits the volumes in the order of the tree, to segments that read(ids, count, ahead, block)
 /// reads.
 template <class Read>
-void SegmentIndex::fit(End& end, const Read& read) {
+void SegmentIndex::fit(End& end, double padding, const Read& read) const {
   std::visit(
       [&](auto& tree) {
-        tree.startRefit(padding());
+        tree.startRefit(padding);
         std::atomic<bool> changed{false};
         forChunks(tree.chunkCount(), [&](std::size_t chunk) {
           if (tree.fitChunk(chunk, read)) changed.store(true, std::memory_order_relaxed);
@@ -267,7 +363,7 @@ void SegmentIndex::fit(End& end, const Read& read) {
 
 bool SegmentIndex::fitFrom(End& end, const SegmentSource& source) {
   std::atomic<bool> is_read{true};
-  fit(end, [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
+  fit(end, padding(), [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
     BlockMask present = 0;
     if (source.read(ids, count, ahead, end.frame, block, present)) return present;
     is_read.store(false, std::memory_order_relaxed);
@@ -276,9 +372,9 @@ bool SegmentIndex::fitFrom(End& end, const SegmentSource& source) {
   return is_read;
 }
 
-void SegmentIndex::fitFromSegments(End& end) {
+void SegmentIndex::fitFromSegments(End& end, double padding) const {
   const SegmentRange segments = end.segments.range();
-  fit(end, [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
+  fit(end, padding, [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
     for (int i = count; i < count + ahead; ++i) segments.prefetch(ids[i]);
     for (int i = 0; i < count; ++i) block.set(i, segments[ids[i]]);
     return geometry::firstOfBlock(count);
@@ -309,7 +405,7 @@ bool SegmentIndex::placeFrom(End& end, const SegmentSource& source) {
 }
 
 template <class F>
-void SegmentIndex::forChunks(std::size_t count, F&& visit) {
+void SegmentIndex::forChunks(std::size_t count, F&& visit) const {
   constexpr std::size_t kGrain = 8;
   parallel::forRanges(executor_.get(), count, kGrain, [&](std::size_t from, std::size_t to) {
     for (std::size_t chunk = from; chunk < to; ++chunk) visit(chunk);
@@ -317,6 +413,7 @@ void SegmentIndex::forChunks(std::size_t count, F&& visit) {
 }
 
 bool SegmentIndex::refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved) {
+  fitted();
   leaveStart(&ids);
   if (keepsSegments()) {
     for (std::size_t i = 0; i < ids.size(); ++i) now_.segments.set(ids[i], moved[i]);
@@ -342,7 +439,7 @@ bool SegmentIndex::isFitted(const SegmentSource& source) const {
     is_fitted = is_fitted && is_read &&
                 (keepsSegments() ? now_.segments[id] == block[0] : volume_holds(block[0]));
   };
-  std::visit([&](const auto& tree) { tree.forEachLeaf(holds); }, now_.tree);
+  std::visit([&](const auto& tree) { tree.forEachLeaf(holds); }, fitted().tree);
   return is_fitted;
 }
 

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -60,7 +62,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   const IndexOptions& options() const { return options_; }
   const geometry::Frame& frame() const { return now_.frame; }
-  const Tree& tree() const { return now_.tree; }
+  const Tree& tree() const { return fitted().tree; }
   SegmentId begin() const { return begin_; }
   SegmentId end() const { return end_; }
 
@@ -92,6 +94,26 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// Does the same in a frame that was made for other segments. Returns whether all segments can be
   /// read in it.
   bool tryRefit(const SegmentSource& source, const geometry::Frame& frame);
+
+  /// Reads all segments again and leaves the volumes to the first search that needs them. Returns
+  /// false if refit() has to be called, because the segments do not suit the frame any more or the
+  /// tree has to be built again. Then it may have read some of them.
+  /// @pre keepsSegments(), and the source is not faster in the order of ids
+  bool reread(const SegmentSource& source);
+
+  /// Fits the volumes for a search for what is further apart than the margin allows, by this length
+  /// in the world's unit. See Question::beyond.
+  /// @pre no search runs
+  void fitBeyond(double beyond);
+
+  /// Changes with every build, because each may order the leaves differently.
+  std::size_t buildCount() const { return build_count_; }
+
+  /// Calls visit(filter) with the test of pairs that a search for what touches makes. The volumes
+  /// need not be fitted.
+  /// @param other  the index of the second segments; null for this one
+  template <class F>
+  void withTouchTest(const SegmentIndex* other, F&& visit) const;
 
   /// Returns a frame for the segments as they are now, or the present one if they do not stay
   /// finite in the new one.
@@ -238,11 +260,11 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     return std::visit(
         [&](const auto& tree) {
           const auto& tree_at_start =
-              std::get<std::decay_t<decltype(tree)>>((of_step ? start() : now_).tree);
+              std::get<std::decay_t<decltype(tree)>>((of_step ? start() : fitted()).tree);
           return tree.empty() ? tree::Visit::kContinue
                               : tree::visitNear(tree_at_start, tree, 0, near, visit);
         },
-        now_.tree);
+        fitted().tree);
   }
 
   /// Runs visit(begin, end) for ranges of [0, count), on the threads of this index.
@@ -267,6 +289,10 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   bool hasBoxes() const { return now_.segments.hasBoxes(); }
   /// All segments, in the order of the tree.
   const tree::SegmentIds& leaves() const;
+  const KeptSegments& segments() const { return now_.segments; }
+  /// The distance of the axes of two usual segments that touch, or a small share of their length if
+  /// that is 0; never 0. It is estimated from a sample.
+  double usualReach() const;
 
   std::size_t memoryUsage() const;
 
@@ -276,6 +302,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     geometry::Frame frame;
     KeptSegments segments{/*share_ends=*/false};  ///< empty unless capsules are tested
     Tree tree;
+    double reach = -1;  ///< bounds the coordinates while the tree is not fitted; else negative
   };
   enum class Step {
     kNone,    ///< all rest
@@ -284,7 +311,13 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     kMoves,   ///< start_ is where the segments were
   };
 
-  const End& start() const { return moves() ? *start_ : now_; }
+  /// Fits the volumes if reread() or fitBeyond() has left that to a search.
+  const End& fitted() const {
+    if (!fit_->is_due.load(std::memory_order_acquire)) return now_;
+    return fittedNow();
+  }
+  const End& fittedNow() const;
+  const End& start() const { return moves() ? *start_ : fitted(); }
   double padding() const { return margin() / 2; }
   /// How near a mesh counts, in frame().
   struct MeshReach {
@@ -308,14 +341,15 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
                    const geometry::Frame& frame, Take&& take);
   bool read(End& end, const SegmentSource& source, const geometry::Frame& frame);
   template <class Read>
-  void fit(End& end, const Read& read);
+  void fit(End& end, double padding, const Read& read) const;
   bool fitFrom(End& end, const SegmentSource& source);
-  void fitFromSegments(End& end);
+  void fitFromSegments(End& end, double padding) const;
   bool placeFrom(End& end, const SegmentSource& source);
   template <class F>
-  void forChunks(std::size_t count, F&& visit);
+  void forChunks(std::size_t count, F&& visit) const;
   void useNewFrame();
   tree::Extent extent() const;
+  tree::Extent sampledExtent(double reach) const;
   void limitBlocks();
   double looseness() const;
   bool hasDecayed(double loose) const;
@@ -329,9 +363,11 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   // Searching.
 
   static SegmentRange rangeOf(const End& end);
-  SegmentRange keptRange() const { return rangeOf(now_); }
-  MovingRange movingRange() const {
-    const SegmentRange end = keptRange();
+  SegmentRange keptRange(const Question& question = {}) const {
+    return rangeOf(question.beyond > 0 ? now_ : fitted());
+  }
+  MovingRange movingRange(const Question& question = {}) const {
+    const SegmentRange end = keptRange(question);
     return {moves() ? rangeOf(start()) : end, end};
   }
   FoundSegment find(const SegmentSource* source, SegmentId id) const;
@@ -346,7 +382,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   tree::Visit visitTree(const Question& question, bool moves, F&& visit) const;
   template <class ATree>
   FCL_FIBERS_TREE_NO_EXPORT tree::TreePair<ATree> pairOf(const ATree& own, const ATree& its,
-                                                         const SegmentIndex& other) const;
+                                                         const SegmentIndex& other,
+                                                         double beyond) const;
   template <class F>
   tree::Visit visitTrees(const SegmentIndex& other, const Question& question, bool moves,
                          F&& visit) const;
@@ -366,12 +403,21 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   std::unique_ptr<parallel::Executor> executor_;  ///< null for one thread
   std::unique_ptr<BlockPool> blocks_;
   SegmentId begin_ = 0, end_ = 0;
-  End now_;
+  /// Whether the volumes of now_ have yet to be fitted.
+  struct Fit {
+    std::atomic<bool> is_due{false};
+    std::mutex mutex;
+  };
+  std::unique_ptr<Fit> fit_ = std::make_unique<Fit>();
+  mutable End now_;                ///< a search may fit the volumes
+  mutable bool is_loose_ = false;  ///< whether that has shown that a build pays
+  std::size_t build_count_ = 0;
   double looseness_when_built_ = 0;
-  tree::Extent in_new_frame_;  ///< the extent when the frame was chosen
-  bool frame_lasts_ = false;   ///< whether the frame is kept until it is no longer good
-  std::size_t fitted_ = 0;     ///< leaves fitted by refitSome() since it last checked the looseness
-  double unit_ = 1;            ///< see CapsulePairs
+  tree::Extent in_new_frame_;          ///< the extent when the frame was chosen
+  tree::Extent sampled_in_new_frame_;  ///< the same by sampledExtent(); if segments are kept
+  bool frame_lasts_ = false;           ///< whether the frame is kept until it is no longer good
+  std::size_t fitted_ = 0;  ///< leaves fitted by refitSome() since it last checked the looseness
+  double unit_ = 1;         ///< see CapsulePairs
 
   Step step_ = Step::kNone;
   /// Of use if moves(). Otherwise it has memory and, if a step begins, where the segments were in
@@ -395,7 +441,19 @@ tree::Visit SegmentIndex::visitTree(const Question& question, bool moves, F&& vi
           return tree::Visit::kContinue;  // spheres have no steps
         }
       },
-      now_.tree);
+      fitted().tree);
+}
+
+template <class F>
+void SegmentIndex::withTouchTest(const SegmentIndex* other, F&& visit) const {
+  const SegmentRange own = rangeOf(now_);
+  if (other == nullptr) {
+    visit(HullFilter(own, SegmentHulls<SegmentRange>{own, nullptr, 0}, margin(), unit_));
+  } else {
+    const geometry::FrameChange to_this(other->frame(), frame());
+    const SegmentHulls<SegmentRange> hulls{rangeOf(other->now_), &to_this, 0};
+    visit(HullFilter(own, hulls, margin(), unit_));
+  }
 }
 
 }  // namespace fcl_fibers::index

@@ -246,7 +246,7 @@ Visit SegmentIndex::search(const PosedMesh& mesh, double margin, PairSink& sink,
   // What is inside is found within the margins of the search for triangles, or what is between the
   // two would be lost.
   const double both_margins = margin + mesh.margin();
-  if (!mesh.hasStep()) return searchAt(now_, mesh.end(), both_margins, question.once, sink);
+  if (!mesh.hasStep()) return searchAt(fitted(), mesh.end(), both_margins, question.once, sink);
   struct Inside final : PairSink {
     explicit Inside(SegmentMarks& m) : marks(m) {}
     Visit take(const PairRun& run) override {
@@ -311,7 +311,7 @@ Visit SegmentIndex::search(const PosedMesh& mesh, double /*margin*/, NearestSink
                                    margin_of_mesh + triangles.error(), segments, mesh.categories());
         return visitNearest(pair, sink.limit(), visitor);
       },
-      now_.tree);
+      fitted().tree);
 }
 
 Visit SegmentIndex::findNearest(const PosedMesh& mesh, double distance, PairSink& sink) const {
@@ -333,7 +333,7 @@ Visit SegmentIndex::findNearest(const PosedMesh& mesh, double distance, PairSink
         };
         return findInRanges(tree.nodes().size(), kGrain, sink, findBelow);
       },
-      now_.tree);
+      fitted().tree);
 }
 
 void SegmentIndex::forRanges(std::size_t count, std::size_t grain,

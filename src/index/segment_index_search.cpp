@@ -38,7 +38,9 @@ typename Tree::Volume around(const MovingSegment& segment, double padding) {
 /// The segments and a bound of their errors.
 SegmentRange SegmentIndex::rangeOf(const End& end) {
   SegmentRange range = end.segments.range();
-  const double reach = std::visit([](const auto& tree) { return reachOf(tree); }, end.tree);
+  const double reach = end.reach >= 0
+                           ? end.reach
+                           : std::visit([](const auto& tree) { return reachOf(tree); }, end.tree);
   range.setMostError(geometry::endPointError(reach));
   return range;
 }
@@ -56,9 +58,9 @@ KeptSegments SegmentIndex::readSegments(const SegmentSource& source) const {
 /// A tree of this index and one of another.
 template <class ATree>
 tree::TreePair<ATree> SegmentIndex::pairOf(const ATree& own, const ATree& its,
-                                           const SegmentIndex& other) const {
+                                           const SegmentIndex& other, double beyond) const {
   // Each tree is padded by half its own margin. The sum must be this index's margin.
-  const double growth = (options_.margin - other.options_.margin) / 2;
+  const double growth = (options_.margin - other.options_.margin) / 2 + beyond;
   return {own, its, FrameChange(other.frame(), frame(), growth * frame().scale),
           FrameChange(frame(), other.frame(), growth * other.frame().scale)};
 }
@@ -70,7 +72,7 @@ Visit SegmentIndex::visitTrees(const SegmentIndex& other, const Question& questi
   return visitTree(question, moves, [&](const auto& tree) {
     return other.visitTree(question, moves, [&](const auto& other_tree) {
       if constexpr (std::is_same_v<decltype(tree), decltype(other_tree)>) {
-        return visit(pairOf(tree, other_tree, other));
+        return visit(pairOf(tree, other_tree, other, question.beyond));
       } else {
         return Visit::kContinue;  // one of the two has never been built
       }
@@ -84,22 +86,25 @@ Visit SegmentIndex::withFilter(const Question& question, bool moves, const Movin
                                const FrameChange* b_to_a, double error, F&& visit) const {
   if (question.of_volumes || !(moves || options_.capsules)) return visit(question.wanted);
   if (question.first != nullptr && !moves) return Visit::kContinue;
+  const double margin = this->margin() + question.beyond * frame().scale;
   if (moves) {
     const SegmentHulls<MovingRange> hulls{b, b_to_a, error};
-    const HullFilter filter(movingRange(), hulls, margin(), unit_, question);
+    const HullFilter filter(movingRange(question), hulls, margin, unit_, question);
     return visit(&filter);
   }
   const SegmentHulls<SegmentRange> hulls{b.end, b_to_a, error};
-  const HullFilter filter(keptRange(), hulls, margin(), unit_, question);
+  const HullFilter filter(keptRange(question), hulls, margin, unit_, question);
   return visit(&filter);
 }
 
 Visit SegmentIndex::search(PairSink& sink, const Question& question) const {
   const bool moves = question.of_step && this->moves();
-  return withFilter(question, moves, movingRange(), nullptr, 0, [&](const PairFilter* filter) {
-    return visitTree(question, moves,
-                     [&](const auto& tree) { return find(TreeSearch(tree), filter, sink); });
-  });
+  return withFilter(
+      question, moves, movingRange(question), nullptr, 0, [&](const PairFilter* filter) {
+        const auto search = [&](const auto& tree) { return find(TreeSearch(tree), filter, sink); };
+        return question.beyond > 0 ? std::visit(search, now_.tree)
+                                   : visitTree(question, moves, search);
+      });
 }
 
 Visit SegmentIndex::search(const MovingSegment& segment, double error, Group group,
@@ -120,7 +125,8 @@ Visit SegmentIndex::searchAround(const MovingSegment& segment, double error, Gro
                                  const Question& question, bool moves) const {
   SerialBuffer buffer(filter, sink);
   return visitTree(question, moves, [&](const auto& tree) {
-    const auto volume = around<std::decay_t<decltype(tree)>>(segment, padding() + error);
+    const double larger = padding() + error + question.beyond * frame().scale;
+    const auto volume = around<std::decay_t<decltype(tree)>>(segment, larger);
     return visitOverlaps(tree, volume, second, group, buffer) == Visit::kStop ? Visit::kStop
                                                                               : buffer.full();
   });
@@ -309,7 +315,7 @@ Visit SegmentIndex::search(NearestSink& sink) const {
   RememberingFind second(find_one);
   NearestFilter filter(first, second, options_.capsules, sink);
   return std::visit([&](const auto& tree) { return visitNearest(tree, sink.limit(), filter); },
-                    now_.tree);
+                    fitted().tree);
 }
 
 Visit SegmentIndex::search(const MovingSegment& segment, double error, Group group,
@@ -323,7 +329,7 @@ Visit SegmentIndex::search(const MovingSegment& segment, double error, Group gro
         const auto volume = around<std::decay_t<decltype(tree)>>(segment, padding() + error);
         return visitNearest(tree, volume, second, group, sink.limit(), filter);
       },
-      now_.tree);
+      fitted().tree);
 }
 
 Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* source,
@@ -345,12 +351,12 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
   return std::visit(
       [&](const auto& tree, const auto& other_tree) {
         if constexpr (std::is_same_v<decltype(tree), decltype(other_tree)>) {
-          return visitNearest(pairOf(tree, other_tree, other), sink.limit(), filter);
+          return visitNearest(pairOf(tree, other_tree, other, /*beyond=*/0), sink.limit(), filter);
         } else {
           return Visit::kContinue;
         }
       },
-      now_.tree, other.now_.tree);
+      fitted().tree, other.fitted().tree);
 }
 
 }  // namespace fcl_fibers::index

@@ -14,7 +14,7 @@ using geometry::Segment;
 
 bool SegmentIndex::fitStart(const SegmentSource& source) {
   step_ = Step::kNone;
-  if (start_ == nullptr) start_ = std::make_unique<End>(now_);
+  if (start_ == nullptr) start_ = std::make_unique<End>(fitted());
   if (!read(*start_, source, frame())) return false;
   step_ = Step::kGiven;
   return true;
@@ -30,6 +30,7 @@ void SegmentIndex::endStep() {
 void SegmentIndex::leaveStart(const std::vector<SegmentId>* moving) {
   if (step_ == Step::kGiven) step_ = Step::kNone;
   if (step_ == Step::kNone) return;
+  fitted();
   if (step_ == Step::kBegins) {
     if (start_ == nullptr) {
       start_ = std::make_unique<End>(now_);
@@ -111,7 +112,7 @@ void SegmentIndex::bringStart(const SegmentSource& source) {
   }
   start_->frame = frame();
   start_->tree = now_.tree;
-  fitFromSegments(*start_);
+  fitFromSegments(*start_, padding());
 }
 
 }  // namespace fcl_fibers::index

@@ -42,43 +42,63 @@ struct Extent {
   bool is_finite = false;  ///< whether all these volumes are; if not, the rest has no meaning
 };
 
+/// Estimates an extent from a sample of places.
+class ExtentSample {
+ public:
+  static constexpr std::size_t kMost = 64;
+
+  /// @param reach  bounds the coordinates of what is there
+  /// @pre at most kMost have been added
+  void add(const geometry::Vec3d& center, double reach) {
+    if (!std::isfinite(reach)) {
+      is_finite_ = false;
+      return;
+    }
+    reach_ = std::max(reach_, reach);
+    centers_[0][count_] = center.x;
+    centers_[1][count_] = center.y;
+    centers_[2][count_++] = center.z;
+  }
+
+  Extent extent() {
+    Extent extent;
+    extent.reach = reach_;
+    extent.is_finite = is_finite_ && count_ > 0;
+    if (!extent.is_finite) return extent;
+    double* const middle[3] = {&extent.middle.x, &extent.middle.y, &extent.middle.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      *middle[axis] = median(centers_[axis]);
+      std::array<double, kMost> distances;
+      for (std::size_t i = 0; i < count_; ++i) {
+        distances[i] = std::fabs(centers_[axis][i] - *middle[axis]);
+      }
+      extent.spread = std::max(extent.spread, median(distances));
+    }
+    return extent;
+  }
+
+ private:
+  double median(std::array<double, kMost>& numbers) const {
+    const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(count_ / 2);
+    std::nth_element(numbers.begin(), middle,
+                     numbers.begin() + static_cast<std::ptrdiff_t>(count_));
+    return *middle;
+  }
+
+  std::array<double, kMost> centers_[3];
+  std::size_t count_ = 0;
+  double reach_ = 0;
+  bool is_finite_ = true;
+};
+
 template <class Tree>
 Extent extentOf(const Tree& tree) {
-  constexpr std::size_t kMost = 64;
-  std::array<double, kMost> centers[3], distances;
-  std::size_t count = 0;
-  Extent extent;
-  extent.is_finite = true;
+  ExtentSample sample;
   visitVolumes(tree, Tree::kArity == 8 ? 2 : 6,
                [&](const auto& volume, std::int32_t, std::int32_t) {
-                 const double reach = reachOfVolume(volume);
-                 if (!std::isfinite(reach)) {
-                   extent.is_finite = false;
-                   return;
-                 }
-                 extent.reach = std::max(extent.reach, reach);
-                 const geometry::Vec3d center = centerOfVolume(volume);
-                 centers[0][count] = center.x;
-                 centers[1][count] = center.y;
-                 centers[2][count++] = center.z;
+                 sample.add(centerOfVolume(volume), reachOfVolume(volume));
                });
-  extent.is_finite &= count > 0;
-  if (!extent.is_finite) return extent;
-
-  const auto median = [&](std::array<double, kMost>& numbers) {
-    const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(count / 2);
-    std::nth_element(numbers.begin(), middle, numbers.begin() + static_cast<std::ptrdiff_t>(count));
-    return *middle;
-  };
-  double* const middle[3] = {&extent.middle.x, &extent.middle.y, &extent.middle.z};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    *middle[axis] = median(centers[axis]);
-    for (std::size_t i = 0; i < count; ++i) {
-      distances[i] = std::fabs(centers[axis][i] - *middle[axis]);
-    }
-    extent.spread = std::max(extent.spread, median(distances));
-  }
-  return extent;
+  return sample.extent();
 }
 
 /// Whether a frame that was chosen for one extent is good for another. Bounds are floats, so they

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "live/live_list.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "geometry/touch.h"
+#include "live/coverage.h"
+
+namespace fcl_fibers::live {
+namespace {
+
+using tree::Pair;
+using tree::SegmentId;
+
+using Entry = LiveList::Entry;
+using Entries = parallel::UnwrittenVector<Entry>;
+
+/// Puts what a search finds into a list.
+class ListSink final : public index::PairSink {
+ public:
+  ListSink(const Pairing& pairing, Entries& entries) : pairing_(pairing), entries_(entries) {}
+
+  Delivery delivery() const override { return Delivery::kPlaced; }
+  std::size_t sift(Pair* pairs, geometry::Impact* /*impacts*/, std::size_t count) const override {
+    return pairing_.sift(pairs, count);
+  }
+  tree::Visit take(const index::PairRun& run) override {
+    makeRoom(run.count);
+    place(0, run);
+    return tree::Visit::kContinue;
+  }
+  void makeRoom(std::size_t count) override {
+    begin_ = entries_.size();
+    entries_.resize(begin_ + count);
+  }
+  void place(std::size_t begin, const index::PairRun& run) const override {
+    Entry* const out = entries_.data() + begin_ + begin;
+    for (std::size_t i = 0; i < run.count; ++i) out[i] = {run.pairs[i], -1};
+  }
+
+ private:
+  const Pairing& pairing_;
+  Entries& entries_;
+  std::size_t begin_ = 0;
+};
+
+/// The slots of pairs that touch, for those that are listed anew.
+class SlotsOfPairs {
+ public:
+  explicit SlotsOfPairs(const std::vector<Entry>& touching) {
+    if (touching.empty()) return;
+    const auto byFirst = [](const Entry& p, const Entry& q) { return p.pair.a < q.pair.a; };
+    const auto [least, most] = std::minmax_element(touching.begin(), touching.end(), byFirst);
+    first_ = least->pair.a;
+    ends_.assign(static_cast<std::size_t>(most->pair.a - first_) + 2, 0);
+    for (const Entry& entry : touching) ++ends_[placeOf(entry.pair.a) + 1];
+    for (std::size_t i = 1; i < ends_.size(); ++i) ends_[i] += ends_[i - 1];
+    entries_.resize(touching.size());
+    // Each number of ends_ is where its segment begins now, and where it ends afterwards.
+    for (const Entry& entry : touching) {
+      entries_[static_cast<std::size_t>(ends_[placeOf(entry.pair.a)]++)] = entry;
+    }
+    for (std::size_t i = 0; i + 1 < ends_.size(); ++i) {
+      std::sort(entries_.begin() + beginOf(i), entries_.begin() + ends_[i],
+                [](const Entry& p, const Entry& q) { return p.pair.b < q.pair.b; });
+    }
+  }
+
+  /// Returns the slot of a pair and forgets it; -1 if there is none.
+  std::int32_t take(const Pair& pair) {
+    // The place of a segment before the first one wraps around to a large number.
+    const std::size_t place = placeOf(pair.a);
+    if (ends_.empty() || place >= ends_.size() - 1) return -1;
+    const auto end = entries_.begin() + ends_[place];
+    const auto found =
+        std::lower_bound(entries_.begin() + beginOf(place), end, pair.b,
+                         [](const Entry& entry, SegmentId b) { return entry.pair.b < b; });
+    return found != end && found->pair.b == pair.b ? std::exchange(found->slot, -1) : -1;
+  }
+
+  /// Adds those that were not taken, in the order of their names.
+  void addRest(std::vector<Entry>& rest) const {
+    std::copy_if(entries_.begin(), entries_.end(), std::back_inserter(rest),
+                 [](const Entry& entry) { return entry.slot >= 0; });
+  }
+
+ private:
+  std::size_t placeOf(SegmentId a) const {
+    return static_cast<std::size_t>(std::int64_t{a} - first_);
+  }
+  std::ptrdiff_t beginOf(std::size_t place) const { return place > 0 ? ends_[place - 1] : 0; }
+
+  std::int64_t first_ = 0;
+  std::vector<std::ptrdiff_t> ends_;  ///< by segment a, from first_ on
+  std::vector<Entry> entries_;
+};
+
+/// Marks what is anchored anew: segments of whose ends one is.
+class Marks {
+ public:
+  explicit Marks(const SegmentsNow& side)
+      : begin_(side.segments->begin()),
+        marks_(static_cast<std::size_t>(side.segments->end() - begin_)) {}
+  bool has(SegmentId id) const { return marks_[static_cast<std::size_t>(id - begin_)]; }
+  void add(SegmentId id) { marks_[static_cast<std::size_t>(id - begin_)] = true; }
+
+ private:
+  SegmentId begin_;
+  std::vector<bool> marks_;
+};
+
+bool isBox(const SegmentsNow& side, SegmentId id) {
+  return side.segments->hasBoxes() && geometry::isBox(side.segments->range().capsule(id));
+}
+
+}  // namespace
+
+void LiveList::update(Pairing& pairing, double scale, Last last) {
+  const bool may_be_listed = std::exchange(is_listed_, false) && last == Last::kSame;
+  Entries listed;
+  std::vector<Entry> gone;
+  bool is_new = true;
+  if (may_be_listed) {
+    ++life_;
+    measure(pairing);
+    if (renew(pairing, listed, gone, is_new)) {
+      is_listed_ = true;
+    } else {
+      counts_.longest_life = std::max(counts_.longest_life, life_ - 1);
+      skin_.observe(last_, life_ - 1);
+    }
+  }
+  if (!may_be_listed || !is_listed_) {
+    is_new = true;
+    const double skin = skin_.next(pairing.usualReach() / scale) * scale;
+    list(pairing, skin, last, listed, gone);
+    is_listed_ = skin > 0;
+    life_ = 0;
+  }
+  const bool serves = std::exchange(is_listed_, false);
+  Entries& entries = is_new ? listed : entries_;
+  const std::vector<std::size_t> changed = test(pairing, entries);
+  take(entries, changed, gone);
+  is_listed_ = serves;
+  ++counts_.updates;
+  if (life_ == 0) {
+    last_ = {pairing.side(0).order->size(), entries_.size(), touching_count_};
+  }
+}
+
+/// Bounds how far all ends have moved since they were listed.
+void LiveList::measure(const Pairing& pairing) {
+  std::vector<geometry::MovedPoint> points;
+  for (int i = 0; i < pairing.sideCount(); ++i) anchors_[i].sample(pairing.side(i), points);
+  motion_ = commonMotion(points);
+  for (int i = 0; i < pairing.sideCount(); ++i) {
+    anchors_[i].measure(pairing.side(i), motion_, pairing.executor());
+  }
+}
+
+/// Makes the list complete by listing the pairs of some blocks anew. Returns false if all have to
+/// be listed.
+/// @param is_renewed  whether `renewed` is the list; otherwise the old one is complete
+bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone,
+                     bool& is_renewed) {
+  // Beyond these shares, to list all costs less.
+  constexpr std::int32_t kMostTests = 8, kMostBlocks = 16;
+  const int sides = pairing.sideCount();
+  Blocks blocks[2];
+  constexpr int kMostRounds = 3;
+  for (int round = 0;; ++round) {
+    Coverage coverage(anchors_[0], sides > 1 ? &anchors_[1] : nullptr, covered_, pairing.margin());
+    std::int64_t all = 0;
+    for (int i = 0; i < sides; ++i) all += anchors_[i].blockCount();
+    if (!coverage.check(kMostTests * all + 1024)) return false;
+    if (coverage.uncovered().empty()) break;
+    if (round == kMostRounds) return false;
+    Blocks found[2];
+    coverage.chooseBlocks(found);
+    std::size_t count = 0;
+    for (int i = 0; i < sides; ++i) {
+      anchors_[i].renew(pairing.side(i), motion_, found[i]);
+      Blocks both;
+      std::set_union(blocks[i].begin(), blocks[i].end(), found[i].begin(), found[i].end(),
+                     std::back_inserter(both));
+      blocks[i] = std::move(both);
+      count += blocks[i].size();
+    }
+    if (count > static_cast<std::size_t>(all / kMostBlocks + 1)) return false;
+    for (int i = 0; i < sides; ++i) {
+      anchors_[i].measure(pairing.side(i), motion_, pairing.executor());
+    }
+  }
+  is_renewed = !(blocks[0].empty() && blocks[1].empty());
+  if (is_renewed) relist(pairing, blocks, renewed, gone);
+  return true;
+}
+
+/// Lists the pairs anew of which one segment has another anchor.
+void LiveList::relist(const Pairing& pairing, const Blocks (&blocks)[2], Entries& renewed,
+                      std::vector<Entry>& gone) {
+  const bool is_one = pairing.sideCount() == 1;
+  const SegmentsNow &first = pairing.side(0), &second = pairing.side(is_one ? 0 : 1);
+  Marks marks[2] = {Marks(first), Marks(second)};
+  Marks &first_marks = marks[0], &second_marks = marks[is_one ? 0 : 1];
+  for (int i = 0; i < pairing.sideCount(); ++i) {
+    const SegmentsNow& side = pairing.side(i);
+    for (const std::int32_t block : blocks[i]) {
+      for (const SegmentId id : anchors_[i].idsOf(side, block)) {
+        ++counts_.renewed_segments;
+        marks[i].add(id);
+        if (side.segments->sharesSecondEnd(id)) marks[i].add(id + 1);
+        if (side.segments->sharesFirstEnd(id)) marks[i].add(id - 1);
+      }
+    }
+  }
+  renewed.reserve(entries_.size());
+  std::vector<Entry> touched;
+  for (const Entry& entry : entries_) {
+    if (!first_marks.has(entry.pair.a) && !second_marks.has(entry.pair.b)) {
+      renewed.push_back(entry);
+    } else if (entry.slot >= 0) {
+      touched.push_back(entry);
+    }
+  }
+  SlotsOfPairs slots(touched);
+
+  const Anchors &p_anchors = anchors_[0], &q_anchors = anchors_[is_one ? 0 : 1];
+  const double reach = pairing.margin() + listed_;
+  std::vector<Pair> found;
+  // Pairs of which the segment at the first of these anchors is marked.
+  const auto listOf = [&](const Anchors& own, const SegmentsNow& side, const Marks& own_marks,
+                          const Anchors& its, const SegmentsNow& its_side, const Marks& its_marks,
+                          bool is_second) {
+    for (std::int32_t i = 0; i < own.blockCount(); ++i) {
+      for (const SegmentId a : own.idsOf(side, i)) {
+        if (!own_marks.has(a)) continue;
+        const geometry::Segment p = own.segment(a, isBox(side, a));
+        visitNear(its, geometry::Box::around(p, reach), [&](std::int32_t block) {
+          for (const SegmentId b : its.idsOf(its_side, block)) {
+            // A pair with two marks is found from one side.
+            if (its_marks.has(b) && (is_one ? b <= a : is_second)) continue;
+            const geometry::Segment q = its.segment(b, isBox(its_side, b));
+            if (!touch(p, q, reach, /*error=*/0)) continue;
+            found.push_back(is_second ? Pair{b, a} : Pair{a, b});
+          }
+        });
+      }
+    }
+  };
+  listOf(p_anchors, first, first_marks, q_anchors, second, second_marks, false);
+  if (!is_one) listOf(q_anchors, second, second_marks, p_anchors, first, first_marks, true);
+  found.resize(pairing.sift(found.data(), found.size()));
+  for (const Pair& pair : found) renewed.push_back({pair, slots.take(pair)});
+  slots.addRest(gone);
+}
+
+/// Lists all pairs.
+void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
+                    std::vector<Entry>& gone) {
+  ++counts_.listings;
+  listed.clear();
+  gone.clear();
+  ListSink sink(pairing, listed);
+  pairing.search(skin, sink);
+  std::vector<Entry> touched;
+  touched.reserve(touching_count_);
+  std::copy_if(entries_.begin(), entries_.end(), std::back_inserter(touched),
+               [](const Entry& entry) { return entry.slot >= 0; });
+  if (last == Last::kOtherNames) {
+    gone = std::move(touched);
+  } else {
+    SlotsOfPairs slots(touched);
+    for (Entry& entry : listed) entry.slot = slots.take(entry.pair);
+    slots.addRest(gone);
+  }
+  listed_ = skin;
+  if (skin <= 0) {
+    for (Anchors& anchors : anchors_) anchors.clear();
+    return;
+  }
+  for (int i = 0; i < pairing.sideCount(); ++i) {
+    anchors_[i].set(pairing.side(i), pairing.executor());
+  }
+  // The anchors are rounded, and the rest is what counts.
+  motion_ = {};
+  const Coverage coverage(anchors_[0], pairing.sideCount() > 1 ? &anchors_[1] : nullptr, 0, 0);
+  covered_ = skin - coverage.mostOfAll();
+}
+
+/// Returns the places of the entries that have begun or ended to touch.
+std::vector<std::size_t> LiveList::test(const Pairing& pairing, const Entries& entries) {
+  constexpr std::size_t kTask = 8192, kRun = 1024;
+  std::vector<std::vector<std::size_t>> found(entries.size() / kTask + 1);
+  std::atomic<std::size_t> touching{0};
+  parallel::forRanges(
+      pairing.executor(), entries.size(), kTask, [&](std::size_t begin, std::size_t end) {
+        std::array<Pair, kRun> pairs;
+        std::size_t touching_here = 0;
+        for (std::size_t from = begin; from < end; from += kRun) {
+          const std::size_t count = std::min(kRun, end - from);
+          for (std::size_t i = 0; i < count; ++i) pairs[i] = entries[from + i].pair;
+          const std::size_t kept = pairing.keepTouching(pairs.data(), count);
+          touching_here += kept;
+          for (std::size_t i = 0, next = 0; i < count; ++i) {
+            const Entry& entry = entries[from + i];
+            const bool touches =
+                next < kept && pairs[next].a == entry.pair.a && pairs[next].b == entry.pair.b;
+            next += touches ? 1 : 0;
+            if (touches != (entry.slot >= 0)) found[from / kTask].push_back(from + i);
+          }
+        }
+        touching.fetch_add(touching_here, std::memory_order_relaxed);
+      });
+  counts_.tested_pairs += static_cast<std::int64_t>(entries.size());
+  counts_.touching_pairs += static_cast<std::int64_t>(touching.load());
+  std::vector<std::size_t> changed;
+  for (const auto& part : found) changed.insert(changed.end(), part.begin(), part.end());
+  return changed;
+}
+
+/// Takes over a list and what has changed.
+void LiveList::take(Entries& entries, const std::vector<std::size_t>& changed,
+                    const std::vector<Entry>& gone) {
+  // Nothing below the last of these throws.
+  std::vector<Entry> begun, ended;
+  const auto count_begun = static_cast<std::size_t>(std::count_if(
+      changed.begin(), changed.end(), [&](std::size_t i) { return entries[i].slot < 0; }));
+  begun.reserve(count_begun);
+  ended.reserve(gone.size() + changed.size() - count_begun);
+  free_.reserve(free_.size() + ended_.size());
+
+  for (const Entry& entry : ended_) free_.push_back(entry.slot);
+  ended.insert(ended.end(), gone.begin(), gone.end());
+  for (const std::size_t i : changed) {
+    Entry& entry = entries[i];
+    if (entry.slot >= 0) {
+      ended.push_back(entry);
+      entry.slot = -1;
+      continue;
+    }
+    if (free_.empty()) {
+      entry.slot = slot_count_++;
+    } else {
+      entry.slot = free_.back();
+      free_.pop_back();
+    }
+    begun.push_back(entry);
+  }
+  touching_count_ = touching_count_ + begun.size() - ended.size();
+  if (&entries != &entries_) entries_.swap(entries);
+  begun_.swap(begun);
+  ended_.swap(ended);
+}
+
+std::size_t LiveList::memoryUsage() const {
+  return entries_.capacity() * sizeof(Entry) +
+         (begun_.capacity() + ended_.capacity()) * sizeof(Entry) +
+         free_.capacity() * sizeof(std::int32_t) + anchors_[0].memoryUsage() +
+         anchors_[1].memoryUsage();
+}
+
+}  // namespace fcl_fibers::live

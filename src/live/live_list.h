@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <fcl_fibers/tree_export.h>
+
+#include "index/pair_query.h"
+#include "live/anchors.h"
+#include "live/skin.h"
+#include "parallel/executor.h"
+
+namespace fcl_fibers::live {
+
+/// What a LiveList is of: the pairs within one set of segments, or those of two.
+class Pairing {
+ public:
+  /// @param i  0 or, if there are two, 1
+  virtual const SegmentsNow& side(int i) const = 0;
+  virtual int sideCount() const = 0;
+
+  /// The margin within which segments touch, and all lengths below, are in the frame of the first
+  /// side.
+  virtual double margin() const = 0;
+
+  /// Finds every pair that is at most `beyond` further apart than the margin allows.
+  virtual tree::Visit search(double beyond, index::PairSink& sink) = 0;
+
+  /// Moves the pairs that touch to the front in their order, and returns their number. It is called
+  /// on several threads.
+  virtual std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const = 0;
+
+  /// Moves the pairs that count at all to the front in their order, each as search() would find it,
+  /// and returns their number. It is called on several threads.
+  virtual std::size_t sift(tree::Pair* pairs, std::size_t count) const = 0;
+
+  /// The usual distance of the axes of two segments that touch, as a unit for lengths; not 0.
+  virtual double usualReach() const = 0;
+
+  virtual parallel::Executor* executor() const = 0;
+
+ protected:
+  ~Pairing() = default;
+};
+
+/// The pairs that touch now, as a search would find them, without a search. It lists pairs within a
+/// skin beyond what touches, and tests these alone. As long as no pair that is not listed can have
+/// come near enough, which the displacements of nodes tell, the list is complete. Where they do
+/// not, the list is renewed; see docs/numerics.md for the proof.
+///
+/// After an update() has thrown, what touches is as it was before, and the next one lists anew.
+class FCL_FIBERS_TREE_EXPORT LiveList {
+ public:
+  /// A listed pair.
+  struct Entry {
+    tree::Pair pair;
+    std::int32_t slot;  ///< negative unless it touches
+  };
+
+  /// What was done so far.
+  struct Counts {
+    std::int64_t updates = 0;
+    std::int64_t listings = 0;          ///< of all pairs
+    std::int64_t renewed_segments = 0;  ///< in listings of some
+    std::int64_t tested_pairs = 0;
+    std::int64_t touching_pairs = 0;  ///< of the tested ones
+    std::int64_t longest_life = 0;    ///< updates that a listing of all pairs has served
+  };
+
+  /// @param skin  in the world's unit; negative if it is chosen
+  explicit LiveList(double skin) : skin_(skin) {}
+
+  /// What the segments of the last update are to those of the next.
+  enum class Last {
+    kSame,         ///< the same, in the same frame and order of leaves
+    kOtherLeaves,  ///< the same, in another frame or order
+    kOtherNames,   ///< others, so all pairs end
+  };
+
+  /// Brings the list to where the segments are now.
+  /// @param scale  the length in the frame of the pairing of a unit of the world
+  void update(Pairing& pairing, double scale, Last last);
+
+  /// The pairs that touch are those whose slot is not negative.
+  const parallel::UnwrittenVector<Entry>& entries() const { return entries_; }
+  std::size_t touchingCount() const { return touching_count_; }
+  /// All slots are below.
+  std::int32_t slotCount() const { return slot_count_; }
+  /// What began and what ended to touch in the last update.
+  ///@{
+  const std::vector<Entry>& begun() const { return begun_; }
+  const std::vector<Entry>& ended() const { return ended_; }
+  ///@}
+
+  /// In the world's unit; 0 if each update searches.
+  double skin() const { return skin_.get(); }
+  const Counts& counts() const { return counts_; }
+  std::size_t memoryUsage() const;
+
+ private:
+  using Entries = parallel::UnwrittenVector<Entry>;
+  /// The blocks of one side that are to be anchored anew, in ascending order.
+  using Blocks = std::vector<std::int32_t>;
+
+  void measure(const Pairing& pairing);
+  bool renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone, bool& is_renewed);
+  void relist(const Pairing& pairing, const Blocks (&blocks)[2], Entries& renewed,
+              std::vector<Entry>& gone);
+  void list(Pairing& pairing, double skin, Last last, Entries& listed, std::vector<Entry>& gone);
+  std::vector<std::size_t> test(const Pairing& pairing, const Entries& entries);
+  void take(Entries& entries, const std::vector<std::size_t>& changed,
+            const std::vector<Entry>& gone);
+
+  Skin skin_;
+  Counts counts_;
+  Entries entries_;
+  std::vector<Entry> begun_, ended_;
+  std::vector<std::int32_t> free_;  ///< slots below slot_count_ that no pair has or has just had
+  std::int32_t slot_count_ = 0;
+  std::size_t touching_count_ = 0;
+
+  bool is_listed_ = false;  ///< whether the anchors are those of the entries
+  double listed_ = 0;   ///< how much further apart than the margin what is listed is, in the frame
+  double covered_ = 0;  ///< how much nearer what is not listed may come; less because of rounding
+  std::int64_t life_ = 0;  ///< updates since the last listing of all pairs
+  Skin::Listing last_{0, 0, 0};
+  Anchors anchors_[2];
+  geometry::AffineMap motion_;
+};
+
+}  // namespace fcl_fibers::live
