@@ -16,6 +16,25 @@ using fibers::throwInvalidArgument;
 using geometry::Frame;
 using index::SegmentId;
 
+namespace {
+
+/// The number of points or fibers that a task reads. It takes some hundredths of a millisecond.
+constexpr std::size_t kRange = 8192;
+
+/// Calls visit(fiber, begin, end) for the fibers of the points [begin, end) and those of their
+/// points that are in the range.
+template <typename S, class Visit>
+void forFibers(const FiberArrays<S>& fibers, std::size_t begin, std::size_t end, Visit&& visit) {
+  if (begin == end || fibers.fiber_count == 0) return;
+  std::size_t f =
+      begin < fibers.point_begin[0] ? 0 : fiberOf(fibers.point_begin, fibers.fiber_count, begin);
+  for (; f < fibers.fiber_count && fibers.point_begin[f] < end; ++f) {
+    visit(f, std::max(begin, fibers.point_begin[f]), std::min(end, pointEnd(fibers, f)));
+  }
+}
+
+}  // namespace
+
 template <typename S>
 bool ArraySource<S>::read(const SegmentId* ids, int count, int ahead, const Frame& frame,
                           index::SegmentBlock& out, index::BlockMask& present) const {
@@ -41,6 +60,40 @@ bool ArraySource<S>::read(const SegmentId* ids, int count, int ahead, const Fram
   readRadii(ids, count, frame.scale, out.radius);
   present = geometry::firstOfBlock(count);
   return true;
+}
+
+template <typename S>
+double ArraySource<S>::readEnds(SegmentId begin, SegmentId end, const Frame& frame,
+                                geometry::CapsuleEnd* out) const {
+  if (fibers_.point_end != nullptr) return -1;  // nothing may be read between fibers
+  double reach = 0;
+  const auto readRun = [&](std::size_t from, std::size_t to, const S* radii, std::size_t step) {
+    withStrides(fibers_, [&](auto point, auto axis) {
+      const double scale = frame.scale;
+      const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
+      double largest = 0;
+      for (std::size_t i = from; i < to; ++i) {
+        const S* const p = fibers_.points + static_cast<std::ptrdiff_t>(i) * point;
+        double* const numbers = out[i - static_cast<std::size_t>(begin)].numbers;
+        for (int k = 0; k < 3; ++k) {
+          numbers[k] = scale * (static_cast<double>(p[k * axis]) - origin[k]);
+          largest = std::max(largest, std::fabs(numbers[k]));
+        }
+        numbers[3] = scale * static_cast<double>(radii[i * step]);
+      }
+      reach = std::max(reach, largest);
+    });
+  };
+  const auto first = static_cast<std::size_t>(begin), last = static_cast<std::size_t>(end);
+  if (fibers_.radii_are == FiberArrays<S>::Radii::kPerFiber) {
+    forFibers(fibers_, first, last, [&](std::size_t f, std::size_t from, std::size_t to) {
+      readRun(from, to, &fibers_.radii[f], 0);
+    });
+  } else {
+    const bool is_one = fibers_.radii_are == FiberArrays<S>::Radii::kOne;
+    readRun(first, last, fibers_.radii, is_one ? 0 : 1);
+  }
+  return reach;
 }
 
 template <typename S>
@@ -75,21 +128,6 @@ void ArraySource<S>::refuse(SegmentId id, const Frame&) const {
 }
 
 namespace {
-
-/// The number of points or fibers that a task reads. It takes some hundredths of a millisecond.
-constexpr std::size_t kRange = 8192;
-
-/// Calls visit(fiber, begin, end) for the fibers of the points [begin, end) and those of their
-/// points that are in the range.
-template <typename S, class Visit>
-void forFibers(const FiberArrays<S>& fibers, std::size_t begin, std::size_t end, Visit&& visit) {
-  if (begin == end || fibers.fiber_count == 0) return;
-  std::size_t f =
-      begin < fibers.point_begin[0] ? 0 : fiberOf(fibers.point_begin, fibers.fiber_count, begin);
-  for (; f < fibers.fiber_count && fibers.point_begin[f] < end; ++f) {
-    visit(f, std::max(begin, fibers.point_begin[f]), std::min(end, pointEnd(fibers, f)));
-  }
-}
 
 /// Throws if a fiber ends before it begins or after the next one begins.
 template <typename S>

@@ -32,8 +32,10 @@ class TreePairing final : public live::Pairing {
         other_(other),
         own_(index.table()),
         change_(other != nullptr ? (*other)->frame() : index->frame(), index->frame()) {
-    sides_[0] = {&index->leaves(), &index->segments(), nullptr};
-    if (other != nullptr) sides_[1] = {&(*other)->leaves(), &(*other)->segments(), &change_};
+    sides_[0] = {&index->leaves(), &index->segments(), index->reach(), nullptr};
+    if (other == nullptr) return;
+    const double reach = change_.scale() * (*other)->reach() + maxNorm(change_.shift());
+    sides_[1] = {&(*other)->leaves(), &(*other)->segments(), reach, &change_};
   }
 
   int sideCount() const override { return other_ != nullptr ? 2 : 1; }

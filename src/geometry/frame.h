@@ -69,6 +69,8 @@ class FrameChange {
 
   /// The length in `to` of a unit of `from`; finite.
   double scale() const { return scale_; }
+  /// Where the origin of `from` is in `to`.
+  const Vec3d& shift() const { return shift_; }
 
   /// The result is not finite if coordinates overflow.
   Segment operator()(const Segment& s) const {

@@ -81,6 +81,9 @@ class KeptSegments {
       if ((present >> i & 1u) != 0) set(ids[i], block[i]);
     }
   }
+  /// The ends of all ids, to be written.
+  /// @pre ends are shared
+  geometry::CapsuleEnd* ends() { return ends_.data(); }
   geometry::Segment operator[](SegmentId id) const { return range()[id]; }
   FCL_FIBERS_TREE_EXPORT SegmentRange range() const;
   /// Whether a box was set since the last reset() or forgetBoxes().

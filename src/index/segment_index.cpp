@@ -264,30 +264,49 @@ bool SegmentIndex::tryRefit(const SegmentSource& source, const Frame& frame) {
 
 bool SegmentIndex::reread(const SegmentSource& source) {
   if (!frame_lasts_ || is_loose_ || step_ != Step::kNone) return false;
-  std::atomic<double> reach{0};
   now_.segments.forgetBoxes();
-  const auto store = [&](const SegmentId* ids, int count, BlockMask present,
-                         const SegmentBlock& block) {
-    now_.segments.set(ids, count, present, block);
-    double largest = 0;
-    for (int i = 0; i < count; ++i) {
-      for (int axis = 0; axis < 3; ++axis) {
-        largest = std::max({largest, std::fabs(block.a[axis][i]), std::fabs(block.b[axis][i])});
-      }
-      largest = std::max(largest, block.radius[i]);
-    }
+  const double reach = readKept(now_.segments, source, now_.frame);
+  if (reach < 0 || !staysWithin(sampled_in_new_frame_, sampledExtent(reach), kDrift)) return false;
+  now_.reach = reach;
+  unit_ = now_.segments.usualUnit();
+  fit_->is_due.store(true, std::memory_order_release);
+  return true;
+}
+
+/// Reads all segments. Returns a bound of their coordinates and radii, or a negative number if some
+/// cannot be read.
+double SegmentIndex::readKept(KeptSegments& segments, const SegmentSource& source,
+                              const Frame& frame) {
+  std::atomic<double> reach{0};
+  const auto add = [&](double largest) {
     double before = reach.load(std::memory_order_relaxed);
     while (before < largest && !reach.compare_exchange_weak(before, largest)) {
     }
   };
-  if (!readInOrder(now_.segments, source, now_.frame, store)) return false;
-  // As of a point and the radius there.
-  const double coordinates = 2 * reach;
-  if (!staysWithin(sampled_in_new_frame_, sampledExtent(coordinates), kDrift)) return false;
-  now_.reach = coordinates;
-  unit_ = now_.segments.usualUnit();
-  fit_->is_due.store(true, std::memory_order_release);
-  return true;
+  if (segments.sharesEnds()) {
+    std::atomic<bool> can_read{true};
+    parallel::forRanges(executor_.get(), static_cast<std::size_t>(end_ - begin_), kRange,
+                        [&](std::size_t from, std::size_t to) {
+                          const double largest = source.readEnds(
+                              begin_ + static_cast<SegmentId>(from),
+                              begin_ + static_cast<SegmentId>(to), frame, segments.ends() + from);
+                          if (largest < 0) can_read.store(false, std::memory_order_relaxed);
+                          add(largest);
+                        });
+    if (can_read) return reach;
+  }
+  const auto store = [&](const SegmentId* ids, int count, BlockMask present,
+                         const SegmentBlock& block) {
+    segments.set(ids, count, present, block);
+    double largest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int i = 0; i < count; ++i) {
+        largest = std::max({largest, std::fabs(block.a[axis][i]), std::fabs(block.b[axis][i])});
+      }
+    }
+    add(largest);
+  };
+  return readInOrder(segments, source, frame, store) ? reach.load() : -1;
 }
 
 void SegmentIndex::fitBeyond(double beyond) {
@@ -315,11 +334,7 @@ bool SegmentIndex::read(End& end, const SegmentSource& source, const Frame& fram
   end.segments.forgetBoxes();
   if (source.isFasterInOrder()) return placeFrom(end, source);
   if (!keepsSegments()) return fitFrom(end, source);
-  const auto store = [&](const SegmentId* ids, int count, BlockMask present,
-                         const SegmentBlock& block) {
-    end.segments.set(ids, count, present, block);
-  };
-  if (!readInOrder(end.segments, source, frame, store)) return false;
+  if (readKept(end.segments, source, frame) < 0) return false;
   fitFromSegments(end, padding());
   return true;
 }

@@ -290,6 +290,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// All segments, in the order of the tree.
   const tree::SegmentIds& leaves() const;
   const KeptSegments& segments() const { return now_.segments; }
+  /// Bounds the coordinates of all segments. The volumes need not be fitted.
+  double reach() const { return reachOf(now_); }
   /// The distance of the axes of two usual segments that touch, or a small share of their length if
   /// that is 0; never 0. It is estimated from a sample.
   double usualReach() const;
@@ -339,6 +341,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   template <class Take>
   bool readInOrder(const KeptSegments& segments, const SegmentSource& source,
                    const geometry::Frame& frame, Take&& take);
+  double readKept(KeptSegments& segments, const SegmentSource& source,
+                  const geometry::Frame& frame);
   bool read(End& end, const SegmentSource& source, const geometry::Frame& frame);
   template <class Read>
   void fit(End& end, double padding, const Read& read) const;
@@ -362,6 +366,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   // Searching.
 
+  static double reachOf(const End& end);
   static SegmentRange rangeOf(const End& end);
   SegmentRange keptRange(const Question& question = {}) const {
     return rangeOf(question.beyond > 0 ? now_ : fitted());

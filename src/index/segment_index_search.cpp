@@ -35,13 +35,15 @@ typename Tree::Volume around(const MovingSegment& segment, double padding) {
 
 }  // namespace
 
+double SegmentIndex::reachOf(const End& end) {
+  if (end.reach >= 0) return end.reach;
+  return std::visit([](const auto& tree) { return tree::reachOf(tree); }, end.tree);
+}
+
 /// The segments and a bound of their errors.
 SegmentRange SegmentIndex::rangeOf(const End& end) {
   SegmentRange range = end.segments.range();
-  const double reach = end.reach >= 0
-                           ? end.reach
-                           : std::visit([](const auto& tree) { return reachOf(tree); }, end.tree);
-  range.setMostError(geometry::endPointError(reach));
+  range.setMostError(geometry::endPointError(reachOf(end)));
   return range;
 }
 

@@ -3,6 +3,7 @@
 
 #include <fcl_fibers/tree_export.h>
 
+#include "geometry/capsule_test.h"
 #include "geometry/frame.h"
 #include "geometry/segment.h"
 #include "geometry/segment_block.h"
@@ -26,6 +27,14 @@ class SegmentSource {
   /// @pre the ids are segments that the index was built from; 0 < count <= SegmentBlock::kCapacity
   virtual bool read(const SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
                     SegmentBlock& out, BlockMask& present) const = 0;
+
+  /// Reads the ends of segments that share them, as KeptSegments have them, for the ids in
+  /// [begin, end), and returns a bound of their coordinates. Ids that are no segments get numbers,
+  /// too. It returns a negative number, and reads nothing, if the source cannot do so.
+  virtual double readEnds(SegmentId /*begin*/, SegmentId /*end*/, const geometry::Frame& /*frame*/,
+                          geometry::CapsuleEnd* /*out*/) const {
+    return -1;
+  }
 
   /// Reads one segment as it is now. Returns false if it was removed or cannot be read.
   virtual bool readNow(SegmentId id, const geometry::Frame& frame,

@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "geometry/rounding.h"
+#include "simd/dispatch.h"
+#include "tree/extent.h"
 
 namespace fcl_fibers::live {
 namespace {
@@ -19,31 +21,10 @@ using geometry::roundedUp;
 using geometry::Vec3d;
 using tree::SegmentId;
 
-Vec3d pointOf(const CapsuleEnd& end) { return {end.numbers[0], end.numbers[1], end.numbers[2]}; }
-
-/// The radius of a capsule that begins there; 0 for a box.
-double radiusOf(const CapsuleEnd& end) {
-  const double radius = end.numbers[3];
-  return radius == radius ? radius : 0;
-}
-
-/// The ends of a segment, in the frame of the anchors.
-struct Ends {
-  Vec3d a, b;
-  double radius;
-};
-Ends endsOf(const SegmentsNow& now, const tree::SegmentRange& segments, SegmentId id) {
-  const CapsuleEnd* const capsule = segments.capsule(id);
-  const Ends ends{pointOf(capsule[0]), pointOf(capsule[1]), radiusOf(capsule[0])};
-  if (now.to_anchors == nullptr) return ends;
-  const geometry::Segment moved = (*now.to_anchors)({ends.a, ends.b, ends.radius});
-  return {moved.a, moved.b, moved.radius};
-}
-
-Vec3d middleOf(const Box& box) {
-  return {0.5 * (double{box.low[0]} + double{box.high[0]}),
-          0.5 * (double{box.low[1]} + double{box.high[1]}),
-          0.5 * (double{box.low[2]} + double{box.high[2]})};
+Vec3d pointOf(const SegmentsNow& now, const CapsuleEnd& end) {
+  const Vec3d p{end.numbers[0], end.numbers[1], end.numbers[2]};
+  if (now.to_anchors == nullptr) return p;
+  return now.to_anchors->scale() * p + now.to_anchors->shift();
 }
 
 Box join(const Box& p, const Box& q) {
@@ -55,33 +36,12 @@ Box join(const Box& p, const Box& q) {
   return box;
 }
 
-/// Boxes a few displacements or places. Sums find out NaN and infinity, which minima may pass over.
-class Bounds {
- public:
-  void add(const Vec3d& p) {
-    low_ = min(low_, p);
-    high_ = max(high_, p);
-    sum_ += p.x + p.y + p.z;
-  }
-  /// @param larger  by how much the box is larger on all sides
-  Box box(double larger) const {
-    if (!std::isfinite(sum_)) return Box::unbounded();
-    return {
-        {roundedDown(low_.x - larger), roundedDown(low_.y - larger), roundedDown(low_.z - larger)},
-        {roundedUp(high_.x + larger), roundedUp(high_.y + larger), roundedUp(high_.z + larger)}};
-  }
-
- private:
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Vec3d low_{kInfinity, kInfinity, kInfinity}, high_{-kInfinity, -kInfinity, -kInfinity};
-  double sum_ = 0;
-};
-
 }  // namespace
 
 template <class Visit>
 void Anchors::forBlocks(parallel::Executor* executor, const Visit& visit) const {
   constexpr std::size_t kBlocksAtOnce = 128;  // they take some hundredths of a millisecond
+  simd::readEnvironment();
   parallel::forRanges(executor, static_cast<std::size_t>(blockCount()), kBlocksAtOnce,
                       [&](std::size_t from, std::size_t to) {
                         for (std::size_t i = from; i < to; ++i) {
@@ -90,52 +50,127 @@ void Anchors::forBlocks(parallel::Executor* executor, const Visit& visit) const 
                       });
 }
 
+AnchoredEnds Anchors::anchored(const SegmentsNow& now, std::int32_t block) const {
+  const Leaf begin = block * kBlock, end = blockEnd(block);
+  const SegmentId first = now.segments->begin();
+  return {now.order->data() + begin,
+          end - begin,
+          std::min(kBlock, leaf_count_ - end),
+          now.segments->range().capsule(first),
+          now.segments->sharesEnds() ? std::size_t{1} : std::size_t{2},
+          first,
+          anchors_.data() + begins_[static_cast<std::size_t>(block)]};
+}
+
 void Anchors::set(const SegmentsNow& now, parallel::Executor* executor) {
-  const index::KeptSegments& kept = *now.segments;
-  stride_ = kept.sharesEnds() ? 1 : 2;
-  begin_ = kept.begin();
-  leaf_count_ = static_cast<std::int32_t>(now.order->size());
-  anchors_.resize(stride_ * static_cast<std::size_t>(kept.end() - kept.begin()) + 1);
+  motion_ = {};
+  displacing_ = Displacing(now.to_anchors, motion_);
+  leaf_count_ = static_cast<Leaf>(now.order->size());
   levels_.assign(1, 0);
   for (std::int32_t count = leaf_count_, last = 0; count > 0 && last != 1; last = count) {
     count = levels_.size() == 1 ? (count + kBlock - 1) / kBlock : (count + kArity - 1) / kArity;
     levels_.push_back(levels_.back() + count);
   }
   nodes_.resize(static_cast<std::size_t>(levels_.back()));
-  const tree::SegmentRange segments = kept.range();
+  begins_.assign(static_cast<std::size_t>(blockCount()) + 1, 0);
   forBlocks(executor, [&](std::int32_t block) {
-    for (const SegmentId id : idsOf(now, block)) {
-      const Ends ends = endsOf(now, segments, id);
-      set(placeOf(id), ends.a);
-      anchors_[placeOf(id)].numbers[3] = std::max(roundedDown(ends.radius), 0.0F);
-      // An end that two segments share is written by the second, so no two threads write it.
-      if (!kept.sharesSecondEnd(id)) set(placeOf(id) + 1, ends.b);
-    }
+    const AnchoredEnds ends = anchored(now, block);
+    std::int32_t count = 2 * ends.count;
+    for (int i = 0; i < ends.count; ++i) count -= ends.sharesSecond(i) ? 1 : 0;
+    begins_[static_cast<std::size_t>(block) + 1] = count;
   });
-  measure(now, AffineMap(), executor);
+  for (std::size_t i = 1; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
+  anchors_.resize(static_cast<std::size_t>(begins_.back()));
+  forBlocks(executor, [&](std::int32_t block) {
+    const AnchoredEnds ends = anchored(now, block);
+    for (int i = ends.count; i < ends.count + ends.ahead; ++i) {
+      __builtin_prefetch(ends.ends + ends.placeOf(ends.ids[i]));
+      __builtin_prefetch(ends.ends + ends.placeOf(ends.ids[i]) + 1);
+    }
+    auto place = static_cast<std::size_t>(begins_[static_cast<std::size_t>(block)]);
+    for (int i = 0; i < ends.count; ++i) {
+      const CapsuleEnd* const capsule = ends.ends + ends.placeOf(ends.ids[i]);
+      set(place++, pointOf(now, capsule[0]), capsule[0]);
+      if (!ends.sharesSecond(i)) set(place++, pointOf(now, capsule[1]), capsule[0]);
+    }
+    bound(now, block);
+  });
+  joinAbove();
+  // The anchors are the ends, rounded to float.
+  reach_ = now.reach;
+  const float rounding = roundedUp(reach_ * std::numeric_limits<float>::epsilon());
+  for (Node& node : nodes_) {
+    node.moved = {{-rounding, -rounding, -rounding}, {rounding, rounding, rounding}};
+    node.growth = rounding;
+  }
 }
 
-void Anchors::set(std::size_t place, const Vec3d& p) {
-  float* const numbers = anchors_[place].numbers;
-  numbers[0] = static_cast<float>(p.x);
-  numbers[1] = static_cast<float>(p.y);
-  numbers[2] = static_cast<float>(p.z);
+/// @param end  at which the capsule or the box begins
+void Anchors::set(std::size_t place, const Vec3d& point, const CapsuleEnd& end) {
+  const double radius = displacing_.scale[3] * end.numbers[3];
+  anchors_[place] = {{geometry::nearestFloat(point.x), geometry::nearestFloat(point.y),
+                      geometry::nearestFloat(point.z),
+                      geometry::isBox(&end) ? kRadiusOfBox : std::max(roundedDown(radius), 0.0F)}};
 }
 
-geometry::Segment Anchors::segment(SegmentId id, bool is_box) const {
-  const std::size_t place = placeOf(id);
-  return {at(place), at(place + 1), is_box ? -1 : double{anchors_[place].numbers[3]}};
+/// The place of the anchor of a segment's first end. That of its second end is the next.
+std::size_t Anchors::anchorOf(const SegmentsNow& now, Leaf leaf) const {
+  const AnchoredEnds ends = anchored(now, leaf / kBlock);
+  auto place = static_cast<std::size_t>(begins_[static_cast<std::size_t>(leaf / kBlock)]);
+  for (int i = 0; i < leaf % kBlock; ++i) place += ends.sharesSecond(i) ? 1 : 2;
+  return place;
+}
+
+geometry::Segment Anchors::segment(const SegmentsNow& now, Leaf leaf) const {
+  const Anchor* const anchor = &anchors_[anchorOf(now, leaf)];
+  const float *const a = anchor[0].numbers, *const b = anchor[1].numbers;
+  return {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, a[3] == kRadiusOfBox ? -1 : double{a[3]}};
 }
 
 void Anchors::measure(const SegmentsNow& now, const AffineMap& motion,
                       parallel::Executor* executor) {
-  const tree::SegmentRange segments = now.segments->range();
-  if (motion.turns()) {
-    forBlocks(executor, [&](std::int32_t block) { measureBlock(now, segments, block, motion); });
-  } else {
-    const auto shift = [&](const Vec3d& p) { return p + motion.shift; };
-    forBlocks(executor, [&](std::int32_t block) { measureBlock(now, segments, block, shift); });
+  motion_ = motion;
+  displacing_ = Displacing(now.to_anchors, motion);
+  // A turn takes three products and sums of numbers of this size, and another frame as many.
+  error_ =
+      64 * std::numeric_limits<double>::epsilon() * (now.reach + reach_ + maxNorm(motion.shift));
+  forBlocks(executor, [&](std::int32_t block) {
+    Node& node = nodes_[static_cast<std::size_t>(block)];
+    const Box where = node.where;
+    node = measured(anchored(now, block));
+    node.where = where;
+  });
+  joinAbove();
+}
+
+/// Bounds the displacements of a few segments.
+Anchors::Node Anchors::measured(const AnchoredEnds& ends) const {
+  const Displacements bounds = displacementsOf(ends, displacing_);
+  Node node{Box::unbounded(), Box::unbounded(), roundedUp(bounds.growth)};
+  if (!bounds.are_finite) return node;
+  for (int axis = 0; axis < 3; ++axis) {
+    node.moved.low[axis] = roundedDown(bounds.low[axis] - error_);
+    node.moved.high[axis] = roundedUp(bounds.high[axis] + error_);
   }
+  return node;
+}
+
+void Anchors::writeNodes(const SegmentsNow& now, std::int32_t block, BlockNodes& nodes) const {
+  AnchoredEnds one = anchored(now, block);
+  const AnchoredEnds all = one;
+  one.count = 1;
+  one.ahead = 0;
+  for (int i = 0; i < all.count; ++i) {
+    Node& node = nodes[static_cast<std::size_t>(i)];
+    node = measured(one);
+    node.where = boxAround(one);
+    one.anchors += all.sharesSecond(i) ? 1 : 2;
+    ++one.ids;
+  }
+}
+
+/// Bounds the nodes above blocks.
+void Anchors::joinAbove() {
   for (int level = 1; level < levelCount(); ++level) {
     for (std::int32_t i = 0; i < nodeCount(level); ++i) {
       const std::int32_t first = i * kArity;
@@ -152,44 +187,48 @@ void Anchors::measure(const SegmentsNow& now, const AffineMap& motion,
   }
 }
 
-/// @param move  takes an anchor to where the rigid motion does
-template <class Move>
-void Anchors::measureBlock(const SegmentsNow& now, const tree::SegmentRange& segments,
-                           std::int32_t block, const Move& move) {
-  Bounds where, moved;
-  double thickest = 0, growth = 0, largest = 0;
-  for (const SegmentId id : idsOf(now, block)) {
-    const Ends ends = endsOf(now, segments, id);
-    const std::size_t place = placeOf(id);
-    const Vec3d a = at(place), b = at(place + 1);
-    const double radius = anchors_[place].numbers[3];
-    where.add(a);
-    where.add(b);
-    moved.add(ends.a - move(a));
-    moved.add(ends.b - move(b));
-    thickest = std::max(thickest, radius);
-    growth = std::max(growth, ends.radius - radius);
-    largest = std::max({largest, maxNorm(ends.a), maxNorm(ends.b), maxNorm(a), maxNorm(b)});
-  }
-  // A turn takes three products and sums of numbers of this size, and another frame as many.
-  const double error = 64 * std::numeric_limits<double>::epsilon() * largest;
-  nodes_[static_cast<std::size_t>(block)] = {where.box(thickest), moved.box(error),
-                                             roundedUp(growth)};
+/// Bounds the anchors of a block.
+void Anchors::bound(const SegmentsNow& now, std::int32_t block) {
+  nodes_[static_cast<std::size_t>(block)].where = boxAround(anchored(now, block));
 }
 
-void Anchors::renew(const SegmentsNow& now, const AffineMap& motion,
-                    const std::vector<std::int32_t>& blocks) {
-  const AffineMap back = motion.inverse();
-  const tree::SegmentRange segments = now.segments->range();
-  for (const std::int32_t block : blocks) {
-    const Vec3d usual = usualAround(block);
-    for (const SegmentId id : idsOf(now, block)) {
-      const Ends ends = endsOf(now, segments, id);
-      set(placeOf(id), back(ends.a - usual));
-      set(placeOf(id) + 1, back(ends.b - usual));
-      anchors_[placeOf(id)].numbers[3] = std::max(roundedDown(ends.radius), 0.0F);
+void Anchors::renew(const SegmentsNow& now, std::vector<Renewal> renewals,
+                    std::vector<Leaf>& changed) {
+  const AffineMap back = motion_.inverse();
+  std::stable_sort(renewals.begin(), renewals.end(),
+                   [](const Renewal& p, const Renewal& q) { return p.leaf < q.leaf; });
+  for (auto first = renewals.begin(); first != renewals.end();) {
+    const Leaf leaf = first->leaf;
+    const auto last = std::find_if(first, renewals.end(),
+                                   [leaf](const Renewal& renewal) { return renewal.leaf != leaf; });
+    Vec3d displacement{0, 0, 0};
+    for (double Vec3d::*axis : geometry::kAxes) {
+      const auto middle = first + (last - first) / 2;
+      std::nth_element(first, middle, last, [axis](const Renewal& p, const Renewal& q) {
+        return p.displacement.*axis < q.displacement.*axis;
+      });
+      displacement.*axis = middle->displacement.*axis;
     }
+    first = last;
+
+    const int i = leaf % kBlock;
+    const AnchoredEnds ends = anchored(now, leaf / kBlock);
+    const CapsuleEnd* const capsule = ends.ends + ends.placeOf(ends.ids[i]);
+    const std::size_t place = anchorOf(now, leaf);
+    const bool is_followed = ends.sharesSecond(i);
+    for (const std::size_t k : {0, 1}) {
+      const Vec3d p = back(pointOf(now, capsule[k]) - displacement);
+      set(place + k, p, capsule[is_followed ? k : 0]);
+      reach_ = std::max(reach_, maxNorm(p));
+    }
+    changed.push_back(leaf);
+    if (is_followed) changed.push_back(leaf + 1);
+    if (i > 0 && ends.sharesSecond(i - 1)) changed.push_back(leaf - 1);
   }
+  std::sort(changed.begin(), changed.end());
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  for (const Leaf leaf : changed) bound(now, leaf / kBlock);
+  joinAbove();
 }
 
 /// The median of the displacements of the blocks around one, by axis.
@@ -201,9 +240,11 @@ Vec3d Anchors::usualAround(std::int32_t block) const {
   std::array<double, kAround> numbers;
   Vec3d usual{0, 0, 0};
   for (int axis = 0; axis < 3; ++axis) {
-    const auto last = std::transform(
-        nodes_.begin() + begin, nodes_.begin() + end, numbers.begin(),
-        [axis](const Node& node) { return middleOf(node.moved).*geometry::kAxes[axis]; });
+    const auto last = std::transform(nodes_.begin() + begin, nodes_.begin() + end, numbers.begin(),
+                                     [axis](const Node& node) {
+                                       const Vec3d middle = tree::centerOfVolume(node.moved);
+                                       return middle.*geometry::kAxes[axis];
+                                     });
     const auto middle = numbers.begin() + (last - numbers.begin()) / 2;
     std::nth_element(numbers.begin(), middle, last);
     if (std::isfinite(*middle)) usual.*geometry::kAxes[axis] = *middle;
@@ -211,17 +252,17 @@ Vec3d Anchors::usualAround(std::int32_t block) const {
   return usual;
 }
 
-double Anchors::deviationOf(std::int32_t block) const {
-  const double deviation = norm(middleOf(node(0, block).moved) - usualAround(block));
+double Anchors::deviationOf(const Node& node, std::int32_t block) const {
+  const double deviation = norm(tree::centerOfVolume(node.moved) - usualAround(block));
   return deviation >= 0 ? deviation : std::numeric_limits<double>::infinity();
 }
 
 void Anchors::sample(const SegmentsNow& now, std::vector<geometry::MovedPoint>& points) const {
-  constexpr std::size_t kMost = 256;
+  constexpr Leaf kMost = 256;
   const tree::SegmentRange segments = now.segments->range();
-  const tree::SegmentIds& order = *now.order;
-  for (std::size_t i = 0; i < order.size(); i += order.size() / kMost + 1) {
-    points.push_back({at(placeOf(order[i])), endsOf(now, segments, order[i]).a});
+  for (Leaf leaf = 0; leaf < leaf_count_; leaf += leaf_count_ / kMost + 1) {
+    const SegmentId id = (*now.order)[static_cast<std::size_t>(leaf)];
+    points.push_back({segment(now, leaf).a, pointOf(now, *segments.capsule(id))});
   }
 }
 

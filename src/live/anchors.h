@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -11,9 +12,9 @@
 #include "geometry/frame.h"
 #include "geometry/rigid_fit.h"
 #include "index/kept_segments.h"
+#include "live/displacements.h"
 #include "parallel/executor.h"
 #include "parallel/unwritten.h"
-#include "tree/segment_range.h"
 
 namespace fcl_fibers::live {
 
@@ -21,19 +22,24 @@ namespace fcl_fibers::live {
 struct SegmentsNow {
   const tree::SegmentIds* order;
   const index::KeptSegments* segments;
+  double reach;  ///< bounds the ends' coordinates in the frame of the anchors, and the way there
   /// Leads to the frame of the anchors; null if the segments are in it.
   const geometry::FrameChange* to_anchors = nullptr;
 };
+
+/// The place of a segment in the order of the leaves.
+using Leaf = std::int32_t;
 
 /// Where the ends of segments were when their pairs were listed: their anchors. For blocks of
 /// segments that follow each other in the order of the leaves, and for nodes above these, it has
 /// boxes around the anchors, and boxes around the displacements since. A displacement is what leads
 /// from where a rigid motion takes the anchor to where the end is now.
 ///
-/// Any anchors are valid: they need not be places where the ends have ever been.
+/// Any anchors are valid: they need not be places where the ends have ever been. An end that two
+/// segments of one block share has one anchor, and one in each block if they are of two.
 class Anchors {
  public:
-  static constexpr std::int32_t kBlock = 16;  ///< segments of a block
+  static constexpr Leaf kBlock = 16;  ///< segments of a block
   static constexpr int kArity = 4;
 
   struct Node {
@@ -46,22 +52,32 @@ class Anchors {
   /// @param executor  null for one thread
   void set(const SegmentsNow& now, parallel::Executor* executor);
   void clear() { *this = Anchors(); }
-  bool empty() const { return anchors_.empty(); }
 
-  /// Bounds the displacements of all ends.
+  /// Bounds the displacements of all ends by a motion of all anchors.
   void measure(const SegmentsNow& now, const geometry::AffineMap& motion,
                parallel::Executor* executor);
 
-  /// Anchors the ends of these blocks, which ascend, where they would be displaced by what the
-  /// blocks around them are. Then measure() has to follow with the same motion.
-  void renew(const SegmentsNow& now, const geometry::AffineMap& motion,
-             const std::vector<std::int32_t>& blocks);
+  /// A segment that is to be anchored where it has this displacement now.
+  struct Renewal {
+    Leaf leaf;
+    geometry::Vec3d displacement;
+  };
+  /// Anchors segments anew; of several renewals of one, the median by axis counts. Adds all segments
+  /// of which an end has another anchor now to `changed`. The displacements of blocks remain bounds.
+  void renew(const SegmentsNow& now, std::vector<Renewal> renewals, std::vector<Leaf>& changed);
 
-  /// How far the displacement of a block is from that of the blocks around it.
-  double deviationOf(std::int32_t block) const;
+  /// Writes the nodes of the segments of a block, by the last motion.
+  using BlockNodes = std::array<Node, static_cast<std::size_t>(kBlock)>;
+  void writeNodes(const SegmentsNow& now, std::int32_t block, BlockNodes& nodes) const;
+
+  /// How far a displacement is from the usual one of the blocks around a block.
+  double deviationOf(const Node& node, std::int32_t block) const;
 
   /// Adds a sample of ends to `points`.
   void sample(const SegmentsNow& now, std::vector<geometry::MovedPoint>& points) const;
+
+  /// A segment as it was anchored. A capsule's radius is rounded down.
+  geometry::Segment segment(const SegmentsNow& now, Leaf leaf) const;
 
   int levelCount() const { return static_cast<int>(levels_.size()) - 1; }
   std::int32_t nodeCount(int level) const { return levelBegin(level + 1) - levelBegin(level); }
@@ -69,51 +85,33 @@ class Anchors {
     return nodes_[static_cast<std::size_t>(levelBegin(level) + i)];
   }
   std::int32_t blockCount() const { return levelCount() > 0 ? nodeCount(0) : 0; }
-
-  /// The segments of a block.
-  struct Ids {
-    const tree::SegmentId *first, *last;
-    const tree::SegmentId* begin() const { return first; }
-    const tree::SegmentId* end() const { return last; }
-  };
-  Ids idsOf(const SegmentsNow& now, std::int32_t block) const {
-    const tree::SegmentId* const all = now.order->data();
-    return {all + block * kBlock, all + std::min((block + 1) * kBlock, leaf_count_)};
-  }
-
-  /// A segment as it was anchored. A capsule's radius is rounded down.
-  geometry::Segment segment(tree::SegmentId id, bool is_box) const;
+  Leaf leafCount() const { return leaf_count_; }
+  Leaf blockEnd(std::int32_t block) const { return std::min((block + 1) * kBlock, leaf_count_); }
 
   std::size_t memoryUsage() const {
-    return anchors_.capacity() * sizeof(Anchor) + nodes_.capacity() * sizeof(Node);
+    return anchors_.capacity() * sizeof(Anchor) + nodes_.capacity() * sizeof(Node) +
+           begins_.capacity() * sizeof(std::int32_t);
   }
 
  private:
-  /// x, y, z and the radius of the capsule that begins there, 0 for a box.
-  struct Anchor {
-    float numbers[4];
-  };
-
   std::int32_t levelBegin(int level) const { return levels_[static_cast<std::size_t>(level)]; }
-  std::size_t placeOf(tree::SegmentId id) const {
-    return stride_ * static_cast<std::size_t>(id - begin_);
-  }
-  geometry::Vec3d at(std::size_t place) const {
-    const float* const numbers = anchors_[place].numbers;
-    return {numbers[0], numbers[1], numbers[2]};
-  }
-  void set(std::size_t place, const geometry::Vec3d& p);
   template <class Visit>
   void forBlocks(parallel::Executor* executor, const Visit& visit) const;
-  template <class Move>
-  void measureBlock(const SegmentsNow& now, const tree::SegmentRange& segments, std::int32_t block,
-                    const Move& move);
+  AnchoredEnds anchored(const SegmentsNow& now, std::int32_t block) const;
+  std::size_t anchorOf(const SegmentsNow& now, Leaf leaf) const;
+  void set(std::size_t place, const geometry::Vec3d& point, const geometry::CapsuleEnd& end);
+  Node measured(const AnchoredEnds& ends) const;
+  void bound(const SegmentsNow& now, std::int32_t block);
+  void joinAbove();
   geometry::Vec3d usualAround(std::int32_t block) const;
 
-  std::size_t stride_ = 2;
-  tree::SegmentId begin_ = 0;
-  std::int32_t leaf_count_ = 0;
-  parallel::UnwrittenVector<Anchor> anchors_;  ///< as the ends of KeptSegments
+  Leaf leaf_count_ = 0;
+  double reach_ = 0;  ///< bounds the coordinates of anchors
+  geometry::AffineMap motion_;
+  Displacing displacing_{nullptr, motion_};
+  double error_ = 0;  ///< bounds the error of a displacement, by axis
+  parallel::UnwrittenVector<Anchor> anchors_;  ///< of block after block
+  std::vector<std::int32_t> begins_;           ///< by block: its first anchor; and the end
   std::vector<Node> nodes_;                    ///< blocks, and then level after level above them
   std::vector<std::int32_t> levels_ = {0};     ///< where each level begins, and the end
 };

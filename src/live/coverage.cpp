@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tree/extent.h"
+
 namespace fcl_fibers::live {
 namespace {
 
@@ -59,57 +61,139 @@ AffineMap commonMotion(const std::vector<MovedPoint>& points) {
   return restOf(points, fit) < kWorth * restOf(points, none) ? fit : none;
 }
 
-bool Coverage::check(std::int64_t most) {
-  left_ = most;
-  uncovered_.clear();
-  if (p_.levelCount() == 0 || q_.levelCount() == 0) return true;
-  return check(p_.levelCount() - 1, 0, q_.levelCount() - 1, 0);
+Coverage::Coverage(const Sides& sides, double covered, double margin, std::int64_t most)
+    : sides_(sides), covered_(covered), margin_(margin), left_(most) {
+  for (int i = 0; i < sides_.count; ++i) {
+    places_[i].assign(static_cast<std::size_t>(sides_.anchors[i]->blockCount()), -1);
+  }
 }
 
-bool Coverage::check(int p_level, std::int32_t i, int q_level, std::int32_t j) {
-  if (--left_ < 0) return false;
-  const Anchors::Node &p = p_.node(p_level, i), &q = q_.node(q_level, j);
+bool Coverage::covers(const Anchors::Node& p, const Anchors::Node& q) {
+  --left_;
   const double approach = approachOf(p, q);
-  if (approach <= covered_ || areFurtherApart(p.where, q.where, approach + margin_)) return true;
-  if (p_level == 0 && q_level == 0) {
-    uncovered_.emplace_back(i, j);
+  return approach <= covered_ || areFurtherApart(p.where, q.where, approach + margin_);
+}
+
+bool Coverage::check(Renewals& renewals) {
+  const int second = sides_.count - 1;
+  if (root(0).level < 0 || root(second).level < 0) return true;
+  return check(root(0), root(second), renewals);
+}
+
+bool Coverage::check(const Place& p, const Place& q, Renewals& renewals) {
+  const int second = sides_.count - 1;
+  if (covers(nodeAt(0, p), nodeAt(second, q))) return true;
+  if (left_ < 0) return false;
+  if (p.level == 0 && q.level == 0) {
+    checkBlocks(p.node, q.node, renewals);
     return true;
   }
-  const bool splits_p = p_level >= q_level, splits_q = q_level >= p_level;
-  const auto childrenOf = [](const Anchors& anchors, int level, std::int32_t node, bool splits) {
-    const std::int32_t first = node * Anchors::kArity;
-    return splits
-               ? std::pair(first, std::min(first + Anchors::kArity, anchors.nodeCount(level - 1)))
-               : std::pair(node, node + 1);
+  bool goes_on = true;
+  if (p.level > q.level) {
+    forChildren(*sides_.anchors[0], p.level, p.node, [&](std::int32_t child) {
+      goes_on = goes_on && check({p.level - 1, child}, q, renewals);
+    });
+  } else if (q.level > p.level) {
+    forChildren(*sides_.anchors[second], q.level, q.node, [&](std::int32_t child) {
+      goes_on = goes_on && check(p, {q.level - 1, child}, renewals);
+    });
+  } else {
+    const bool is_one = second == 0 && p.node == q.node;
+    forChildren(*sides_.anchors[0], p.level, p.node, [&](std::int32_t child) {
+      forChildren(*sides_.anchors[second], q.level, q.node, [&](std::int32_t other) {
+        if (is_one && other < child) return;
+        goes_on = goes_on && check({p.level - 1, child}, {q.level - 1, other}, renewals);
+      });
+    });
+  }
+  return goes_on;
+}
+
+const Anchors::BlockNodes& Coverage::nodesOf(int side, std::int32_t block) {
+  std::int32_t& place = places_[side][static_cast<std::size_t>(block)];
+  if (place < 0) {
+    place = static_cast<std::int32_t>(nodes_.size());
+    sides_.anchors[side]->writeNodes(*sides_.now[side], block, nodes_.emplace_back());
+  }
+  return nodes_[static_cast<std::size_t>(place)];
+}
+
+/// Asks about the pairs of segments of two blocks.
+void Coverage::checkBlocks(std::int32_t i, std::int32_t j, Renewals& renewals) {
+  const int second = sides_.count - 1;
+  const Anchors &p = *sides_.anchors[0], &q = *sides_.anchors[second];
+  nodesOf(0, i);  // may move the others
+  const Anchors::BlockNodes& q_nodes = nodesOf(second, j);
+  const Anchors::BlockNodes& p_nodes = nodesOf(0, i);
+  const bool is_one = second == 0 && i == j;
+  for (Leaf k = i * Anchors::kBlock; k < p.blockEnd(i); ++k) {
+    const Anchors::Node& p_node = p_nodes[static_cast<std::size_t>(k % Anchors::kBlock)];
+    if (covers(p_node, q.node(0, j))) continue;
+    for (Leaf l = is_one ? k + 1 : j * Anchors::kBlock; l < q.blockEnd(j); ++l) {
+      const Anchors::Node& q_node = q_nodes[static_cast<std::size_t>(l % Anchors::kBlock)];
+      if (covers(p_node, q_node)) continue;
+      choose(0, k, p_node, second, l, q_node, renewals);
+    }
+  }
+}
+
+/// Chooses which of two segments is to be anchored anew.
+void Coverage::choose(int p_side, Leaf k, const Anchors::Node& p, int q_side, Leaf l,
+                      const Anchors::Node& q, Renewals& renewals) const {
+  const auto deviationOf = [this](int side, Leaf leaf, const Anchors::Node& node) {
+    return sides_.anchors[side]->deviationOf(node, leaf / Anchors::kBlock);
   };
-  const auto [p_begin, p_end] = childrenOf(p_, p_level, i, splits_p);
-  const auto [q_begin, q_end] = childrenOf(q_, q_level, j, splits_q);
-  const bool is_one = is_one_ && i == j;
-  for (std::int32_t k = p_begin; k < p_end; ++k) {
-    for (std::int32_t l = is_one ? k : q_begin; l < q_end; ++l) {
-      if (!check(p_level - (splits_p ? 1 : 0), k, q_level - (splits_q ? 1 : 0), l)) return false;
+  if (deviationOf(p_side, k, p) >= deviationOf(q_side, l, q)) {
+    renewals[static_cast<std::size_t>(p_side)].push_back({k, tree::centerOfVolume(q.moved)});
+  } else {
+    renewals[static_cast<std::size_t>(q_side)].push_back({l, tree::centerOfVolume(p.moved)});
+  }
+}
+
+bool Coverage::checkAround(const Leaves& changed, Renewals& renewals) {
+  for (int side = 0; side < sides_.count; ++side) {
+    for (const Leaf leaf : changed[static_cast<std::size_t>(side)]) {
+      std::int32_t& place = places_[side][static_cast<std::size_t>(leaf / Anchors::kBlock)];
+      if (place < 0) continue;
+      sides_.anchors[side]->writeNodes(*sides_.now[side], leaf / Anchors::kBlock,
+                                       nodes_[static_cast<std::size_t>(place)]);
+    }
+  }
+  for (int side = 0; side < sides_.count; ++side) {
+    const int other = sides_.count - 1 - side;
+    const Anchors& q = *sides_.anchors[other];
+    for (const Leaf k : changed[static_cast<std::size_t>(side)]) {
+      const std::int32_t i = k / Anchors::kBlock;
+      const Anchors::Node p = nodesOf(side, i)[static_cast<std::size_t>(k % Anchors::kBlock)];
+      const auto below = [&](auto& self, const Place& place) -> bool {
+        if (covers(p, nodeAt(other, place))) return true;
+        if (left_ < 0) return false;
+        if (place.level > 0) {
+          bool goes_on = true;
+          forChildren(q, place.level, place.node, [&](std::int32_t child) {
+            goes_on = goes_on && self(self, {place.level - 1, child});
+          });
+          return goes_on;
+        }
+        const Anchors::BlockNodes& nodes = nodesOf(other, place.node);
+        for (Leaf l = place.node * Anchors::kBlock; l < q.blockEnd(place.node); ++l) {
+          if (sides_.count == 1 && l == k) continue;
+          const Anchors::Node& q_node = nodes[static_cast<std::size_t>(l % Anchors::kBlock)];
+          if (covers(p, q_node)) continue;
+          choose(side, k, p, other, l, q_node, renewals);
+        }
+        return true;
+      };
+      if (root(other).level >= 0 && !below(below, root(other))) return false;
     }
   }
   return true;
 }
 
-void Coverage::chooseBlocks(std::vector<std::int32_t> (&blocks)[2]) const {
-  for (const auto& [i, j] : uncovered_) {
-    if (p_.deviationOf(i) >= q_.deviationOf(j)) {
-      blocks[0].push_back(i);
-    } else {
-      blocks[is_one_ ? 0 : 1].push_back(j);
-    }
-  }
-  for (std::vector<std::int32_t>& side : blocks) {
-    std::sort(side.begin(), side.end());
-    side.erase(std::unique(side.begin(), side.end()), side.end());
-  }
-}
-
-double Coverage::mostOfAll() const {
-  if (p_.levelCount() == 0 || q_.levelCount() == 0) return 0;
-  return approachOf(p_.node(p_.levelCount() - 1, 0), q_.node(q_.levelCount() - 1, 0));
+double mostApproach(const Sides& sides) {
+  const Anchors &p = *sides.anchors[0], &q = *sides.anchors[sides.count - 1];
+  if (p.levelCount() == 0 || q.levelCount() == 0) return 0;
+  return approachOf(p.node(p.levelCount() - 1, 0), q.node(q.levelCount() - 1, 0));
 }
 
 }  // namespace fcl_fibers::live

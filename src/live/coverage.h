@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "geometry/affine_map.h"
@@ -15,43 +16,69 @@ namespace fcl_fibers::live {
 /// Returns the rigid motion of most of the points, or none if they have no common one.
 geometry::AffineMap commonMotion(const std::vector<geometry::MovedPoint>& points);
 
+/// One or two sets of segments and their anchors. If it is one, it is also the second.
+struct Sides {
+  int count;
+  const Anchors* anchors[2];
+  const SegmentsNow* now[2];
+};
+
 /// Finds out whether a list may have lost pairs. Two segments that are not listed are covered while
 /// they have come nearer by at most a length, or by less than the gap between their anchors. This
-/// is asked of pairs of nodes, from the root down to pairs of blocks.
+/// is asked of pairs of nodes, from the root down to pairs of segments.
 class Coverage {
  public:
-  /// @param q        the second side; null for the pairs within the first
+  /// By side.
+  using Leaves = std::array<std::vector<Leaf>, 2>;
+  using Renewals = std::array<std::vector<Anchors::Renewal>, 2>;
+
   /// @param covered  how much nearer two segments may have come that are not listed
   /// @param margin   within which segments touch
-  Coverage(const Anchors& p, const Anchors* q, double covered, double margin)
-      : p_(p),
-        q_(q != nullptr ? *q : p),
-        is_one_(q == nullptr),
-        covered_(covered),
-        margin_(margin) {}
+  /// @param most     how many pairs of nodes may be asked about
+  Coverage(const Sides& sides, double covered, double margin, std::int64_t most);
 
-  /// Returns false if more pairs of nodes would have to be asked about.
-  bool check(std::int64_t most);
+  /// For each pair that is not covered, adds a renewal of the segment that has left its surroundings
+  /// further, with the displacement of the other one. Returns false if it has asked about too many
+  /// pairs.
+  bool check(Renewals& renewals);
 
-  /// The pairs of blocks that are not covered.
-  const std::vector<std::pair<std::int32_t, std::int32_t>>& uncovered() const { return uncovered_; }
-
-  /// For each pair that is not covered, adds the block that has left its surroundings further. Each
-  /// side's blocks ascend, and each is there once.
-  void chooseBlocks(std::vector<std::int32_t> (&blocks)[2]) const;
-
-  /// Bounds how much nearer any two segments have come.
-  double mostOfAll() const;
+  /// Does so for the pairs of segments whose anchors have just changed.
+  bool checkAround(const Leaves& changed, Renewals& renewals);
 
  private:
-  bool check(int p_level, std::int32_t i, int q_level, std::int32_t j);
+  struct Place {
+    int level;
+    std::int32_t node;
+  };
+  const Anchors::Node& nodeAt(int side, const Place& place) const {
+    return sides_.anchors[side]->node(place.level, place.node);
+  }
+  Place root(int side) const { return {sides_.anchors[side]->levelCount() - 1, 0}; }
+  bool covers(const Anchors::Node& p, const Anchors::Node& q);
+  bool check(const Place& p, const Place& q, Renewals& renewals);
+  void checkBlocks(std::int32_t i, std::int32_t j, Renewals& renewals);
+  void choose(int p_side, Leaf k, const Anchors::Node& p, int q_side, Leaf l,
+              const Anchors::Node& q, Renewals& renewals) const;
+  const Anchors::BlockNodes& nodesOf(int side, std::int32_t block);
 
-  const Anchors &p_, &q_;
-  const bool is_one_;
+  const Sides sides_;
   const double covered_, margin_;
-  std::int64_t left_ = 0;  ///< pairs of nodes that may still be asked about
-  std::vector<std::pair<std::int32_t, std::int32_t>> uncovered_;
+  std::int64_t left_;  ///< pairs of nodes that may still be asked about
+  /// The nodes of segments of blocks that have been asked about, and where those of a block are.
+  std::vector<Anchors::BlockNodes> nodes_;
+  std::vector<std::int32_t> places_[2];
 };
+
+/// Bounds how much nearer any two segments have come.
+double mostApproach(const Sides& sides);
+
+/// Calls visit(child) for the children of a node.
+template <class Visit>
+void forChildren(const Anchors& anchors, int level, std::int32_t node, const Visit& visit) {
+  const std::int32_t first = node * Anchors::kArity;
+  const std::int32_t end = std::min(first + Anchors::kArity, anchors.nodeCount(level - 1));
+  for (std::int32_t child = first; child < end; ++child) visit(child);
+}
 
 /// Calls visit(block) for the blocks whose anchors and radii may be in a box.
 template <class Visit>
@@ -66,9 +93,7 @@ void visitNear(const Anchors& anchors, const geometry::Box& box, const Visit& vi
   const auto below = [&](auto& self, int level, std::int32_t i) -> void {
     if (!overlaps(anchors.node(level, i).where)) return;
     if (level == 0) return visit(i);
-    const std::int32_t first = i * Anchors::kArity;
-    const std::int32_t end = std::min(first + Anchors::kArity, anchors.nodeCount(level - 1));
-    for (std::int32_t child = first; child < end; ++child) self(self, level - 1, child);
+    forChildren(anchors, level, i, [&](std::int32_t child) { self(self, level - 1, child); });
   };
   if (anchors.levelCount() > 0) below(below, anchors.levelCount() - 1, 0);
 }

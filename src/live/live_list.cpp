@@ -100,23 +100,22 @@ class SlotsOfPairs {
   std::vector<Entry> entries_;
 };
 
-/// Marks what is anchored anew: segments of whose ends one is.
+/// Segments of which an end has another anchor, by name.
 class Marks {
  public:
-  explicit Marks(const SegmentsNow& side)
+  Marks(const SegmentsNow& side, const std::vector<Leaf>& leaves)
       : begin_(side.segments->begin()),
-        marks_(static_cast<std::size_t>(side.segments->end() - begin_)) {}
-  bool has(SegmentId id) const { return marks_[static_cast<std::size_t>(id - begin_)]; }
-  void add(SegmentId id) { marks_[static_cast<std::size_t>(id - begin_)] = true; }
+        marks_(static_cast<std::size_t>(side.segments->end() - begin_)) {
+    for (const Leaf leaf : leaves) marks_[placeOf((*side.order)[static_cast<std::size_t>(leaf)])] = true;
+  }
+  bool has(SegmentId id) const { return marks_[placeOf(id)]; }
 
  private:
+  std::size_t placeOf(SegmentId id) const { return static_cast<std::size_t>(id - begin_); }
+
   SegmentId begin_;
   std::vector<bool> marks_;
 };
-
-bool isBox(const SegmentsNow& side, SegmentId id) {
-  return side.segments->hasBoxes() && geometry::isBox(side.segments->range().capsule(id));
-}
 
 }  // namespace
 
@@ -157,68 +156,63 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
 void LiveList::measure(const Pairing& pairing) {
   std::vector<geometry::MovedPoint> points;
   for (int i = 0; i < pairing.sideCount(); ++i) anchors_[i].sample(pairing.side(i), points);
-  motion_ = commonMotion(points);
+  const geometry::AffineMap motion = commonMotion(points);
   for (int i = 0; i < pairing.sideCount(); ++i) {
-    anchors_[i].measure(pairing.side(i), motion_, pairing.executor());
+    anchors_[i].measure(pairing.side(i), motion, pairing.executor());
   }
 }
 
-/// Makes the list complete by listing the pairs of some blocks anew. Returns false if all have to
+Sides LiveList::sidesOf(const Pairing& pairing) const {
+  const int count = pairing.sideCount();
+  return {count, {&anchors_[0], &anchors_[count - 1]}, {&pairing.side(0), &pairing.side(count - 1)}};
+}
+
+/// Makes the list complete by listing the pairs of some segments anew. Returns false if all have to
 /// be listed.
 /// @param is_renewed  whether `renewed` is the list; otherwise the old one is complete
 bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone,
                      bool& is_renewed) {
-  // Beyond these shares, to list all costs less.
-  constexpr std::int32_t kMostTests = 8, kMostBlocks = 16;
-  const int sides = pairing.sideCount();
-  Blocks blocks[2];
-  constexpr int kMostRounds = 3;
-  for (int round = 0;; ++round) {
-    Coverage coverage(anchors_[0], sides > 1 ? &anchors_[1] : nullptr, covered_, pairing.margin());
-    std::int64_t all = 0;
-    for (int i = 0; i < sides; ++i) all += anchors_[i].blockCount();
-    if (!coverage.check(kMostTests * all + 1024)) return false;
-    if (coverage.uncovered().empty()) break;
+  // Beyond these, to list all costs less.
+  constexpr std::int64_t kMostAsked = 8;    // pairs of nodes, for each segment
+  constexpr std::size_t kMostSegments = 32;  // as a share of all
+  constexpr int kMostRounds = 24;
+  std::size_t all = 0;
+  for (int i = 0; i < pairing.sideCount(); ++i) all += pairing.side(i).order->size();
+  Coverage coverage(sidesOf(pairing), covered_, pairing.margin(),
+                    kMostAsked * static_cast<std::int64_t>(all) + 1024);
+  Coverage::Renewals renewals;
+  Coverage::Leaves all_changed;
+  if (!coverage.check(renewals)) return false;
+  for (int round = 0; !(renewals[0].empty() && renewals[1].empty()); ++round) {
     if (round == kMostRounds) return false;
-    Blocks found[2];
-    coverage.chooseBlocks(found);
+    Coverage::Leaves changed;
     std::size_t count = 0;
-    for (int i = 0; i < sides; ++i) {
-      anchors_[i].renew(pairing.side(i), motion_, found[i]);
-      Blocks both;
-      std::set_union(blocks[i].begin(), blocks[i].end(), found[i].begin(), found[i].end(),
-                     std::back_inserter(both));
-      blocks[i] = std::move(both);
-      count += blocks[i].size();
+    for (std::size_t i = 0; i < 2; ++i) {
+      const SegmentsNow& now = pairing.side(std::min(static_cast<int>(i), pairing.sideCount() - 1));
+      if (!renewals[i].empty()) anchors_[i].renew(now, std::move(renewals[i]), changed[i]);
+      renewals[i].clear();
+      std::vector<Leaf> both;
+      std::set_union(all_changed[i].begin(), all_changed[i].end(), changed[i].begin(),
+                     changed[i].end(), std::back_inserter(both));
+      all_changed[i] = std::move(both);
+      count += all_changed[i].size();
     }
-    if (count > static_cast<std::size_t>(all / kMostBlocks + 1)) return false;
-    for (int i = 0; i < sides; ++i) {
-      anchors_[i].measure(pairing.side(i), motion_, pairing.executor());
-    }
+    if (count > all / kMostSegments + 16) return false;
+    if (!coverage.checkAround(changed, renewals)) return false;
   }
-  is_renewed = !(blocks[0].empty() && blocks[1].empty());
-  if (is_renewed) relist(pairing, blocks, renewed, gone);
+  is_renewed = !(all_changed[0].empty() && all_changed[1].empty());
+  if (is_renewed) relist(pairing, all_changed, renewed, gone);
   return true;
 }
 
 /// Lists the pairs anew of which one segment has another anchor.
-void LiveList::relist(const Pairing& pairing, const Blocks (&blocks)[2], Entries& renewed,
+void LiveList::relist(const Pairing& pairing, const Coverage::Leaves& changed, Entries& renewed,
                       std::vector<Entry>& gone) {
   const bool is_one = pairing.sideCount() == 1;
   const SegmentsNow &first = pairing.side(0), &second = pairing.side(is_one ? 0 : 1);
-  Marks marks[2] = {Marks(first), Marks(second)};
-  Marks &first_marks = marks[0], &second_marks = marks[is_one ? 0 : 1];
-  for (int i = 0; i < pairing.sideCount(); ++i) {
-    const SegmentsNow& side = pairing.side(i);
-    for (const std::int32_t block : blocks[i]) {
-      for (const SegmentId id : anchors_[i].idsOf(side, block)) {
-        ++counts_.renewed_segments;
-        marks[i].add(id);
-        if (side.segments->sharesSecondEnd(id)) marks[i].add(id + 1);
-        if (side.segments->sharesFirstEnd(id)) marks[i].add(id - 1);
-      }
-    }
-  }
+  const Marks marks[2] = {Marks(first, changed[0]), Marks(second, changed[1])};
+  const Marks &first_marks = marks[0], &second_marks = marks[is_one ? 0 : 1];
+  counts_.renewed_segments += static_cast<std::int64_t>(changed[0].size() + changed[1].size());
   renewed.reserve(entries_.size());
   std::vector<Entry> touched;
   for (const Entry& entry : entries_) {
@@ -230,31 +224,28 @@ void LiveList::relist(const Pairing& pairing, const Blocks (&blocks)[2], Entries
   }
   SlotsOfPairs slots(touched);
 
-  const Anchors &p_anchors = anchors_[0], &q_anchors = anchors_[is_one ? 0 : 1];
   const double reach = pairing.margin() + listed_;
   std::vector<Pair> found;
-  // Pairs of which the segment at the first of these anchors is marked.
-  const auto listOf = [&](const Anchors& own, const SegmentsNow& side, const Marks& own_marks,
-                          const Anchors& its, const SegmentsNow& its_side, const Marks& its_marks,
-                          bool is_second) {
-    for (std::int32_t i = 0; i < own.blockCount(); ++i) {
-      for (const SegmentId a : own.idsOf(side, i)) {
-        if (!own_marks.has(a)) continue;
-        const geometry::Segment p = own.segment(a, isBox(side, a));
-        visitNear(its, geometry::Box::around(p, reach), [&](std::int32_t block) {
-          for (const SegmentId b : its.idsOf(its_side, block)) {
-            // A pair with two marks is found from one side.
-            if (its_marks.has(b) && (is_one ? b <= a : is_second)) continue;
-            const geometry::Segment q = its.segment(b, isBox(its_side, b));
-            if (!touch(p, q, reach, /*error=*/0)) continue;
-            found.push_back(is_second ? Pair{b, a} : Pair{a, b});
-          }
-        });
-      }
+  // Lists the pairs of the changed segments of one side with all of the other.
+  const auto listOf = [&](int side) {
+    const int other = pairing.sideCount() - 1 - side;
+    const Anchors &own = anchors_[side], &its = anchors_[other];
+    const SegmentsNow &own_now = pairing.side(side), &its_now = pairing.side(other);
+    for (const Leaf k : changed[static_cast<std::size_t>(side)]) {
+      const SegmentId a = (*own_now.order)[static_cast<std::size_t>(k)];
+      const geometry::Segment p = own.segment(own_now, k);
+      visitNear(its, geometry::Box::around(p, reach), [&](std::int32_t block) {
+        for (Leaf l = block * Anchors::kBlock; l < its.blockEnd(block); ++l) {
+          const SegmentId b = (*its_now.order)[static_cast<std::size_t>(l)];
+          // A pair of two changed segments is found from one of them.
+          if (marks[other].has(b) && (is_one ? b <= a : side == 1)) continue;
+          if (!touch(p, its.segment(its_now, l), reach, /*error=*/0)) continue;
+          found.push_back(side == 0 ? Pair{a, b} : Pair{b, a});
+        }
+      });
     }
   };
-  listOf(p_anchors, first, first_marks, q_anchors, second, second_marks, false);
-  if (!is_one) listOf(q_anchors, second, second_marks, p_anchors, first, first_marks, true);
+  for (int side = 0; side < pairing.sideCount(); ++side) listOf(side);
   found.resize(pairing.sift(found.data(), found.size()));
   for (const Pair& pair : found) renewed.push_back({pair, slots.take(pair)});
   slots.addRest(gone);
@@ -287,10 +278,8 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
   for (int i = 0; i < pairing.sideCount(); ++i) {
     anchors_[i].set(pairing.side(i), pairing.executor());
   }
-  // The anchors are rounded, and the rest is what counts.
-  motion_ = {};
-  const Coverage coverage(anchors_[0], pairing.sideCount() > 1 ? &anchors_[1] : nullptr, 0, 0);
-  covered_ = skin - coverage.mostOfAll();
+  // The anchors are rounded.
+  covered_ = skin - mostApproach(sidesOf(pairing));
 }
 
 /// Returns the places of the entries that have begun or ended to touch.

@@ -9,6 +9,7 @@
 
 #include "index/pair_query.h"
 #include "live/anchors.h"
+#include "live/coverage.h"
 #include "live/skin.h"
 #include "parallel/executor.h"
 
@@ -101,12 +102,11 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
 
  private:
   using Entries = parallel::UnwrittenVector<Entry>;
-  /// The blocks of one side that are to be anchored anew, in ascending order.
-  using Blocks = std::vector<std::int32_t>;
 
+  Sides sidesOf(const Pairing& pairing) const;
   void measure(const Pairing& pairing);
   bool renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone, bool& is_renewed);
-  void relist(const Pairing& pairing, const Blocks (&blocks)[2], Entries& renewed,
+  void relist(const Pairing& pairing, const Coverage::Leaves& changed, Entries& renewed,
               std::vector<Entry>& gone);
   void list(Pairing& pairing, double skin, Last last, Entries& listed, std::vector<Entry>& gone);
   std::vector<std::size_t> test(const Pairing& pairing, const Entries& entries);
@@ -127,7 +127,6 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   std::int64_t life_ = 0;  ///< updates since the last listing of all pairs
   Skin::Listing last_{0, 0, 0};
   Anchors anchors_[2];
-  geometry::AffineMap motion_;
 };
 
 }  // namespace fcl_fibers::live

@@ -52,6 +52,13 @@ class Lanes {
     const Vector vector = hn::Set(Tag(), value);
     return generate([vector](int) HWY_ATTR { return vector; });
   }
+  /// Doubles of N floats.
+  FCL_FIBERS_ALWAYS_INLINE static Lanes promoted(const float* values) {
+    return generate([values](int i) HWY_ATTR {
+      const hn::Rebind<float, Tag> floats;
+      return hn::PromoteTo(Tag(), hn::LoadU(floats, values + i * kWidth));
+    });
+  }
   FCL_FIBERS_ALWAYS_INLINE void store(T (&values)[N]) const {
     for (int i = 0; i < kVectors; ++i) hn::StoreU(vector_[i], Tag(), values + i * kWidth);
   }
