@@ -276,8 +276,8 @@ TYPED_TEST(Closest, NearestOfEachSegmentIsThatOfTheLeastDistance) {
   const double far = std::is_same_v<S, float> ? 1e3 : 1e6;
   for (const auto& [away, offset] :
        {std::pair(0.0, 0.0), std::pair(0.0, far), std::pair(1.1, 0.0), std::pair(30.0, far)}) {
-    const auto a = movedBy(curledFibers<S>(305, 12), Eigen::Vector3d::Constant(offset));
-    const auto other = movedBy(curledFibers<S>(306, 9), Eigen::Vector3d::Constant(offset + away));
+    const auto a = movedBy(curledFibers<S>(305, 8), Eigen::Vector3d::Constant(offset));
+    const auto other = movedBy(curledFibers<S>(306, 6), Eigen::Vector3d::Constant(offset + away));
     // The frame's rounding comes on top, which is that of the extent.
     const Real rounding = kContactError + 0x1p-45L * (1 + away);
     for (const bool is_own : {false, true}) {

@@ -113,7 +113,7 @@ TYPED_TEST_SUITE(FiberTreeMesh, Scalars, ScalarName);
 
 TYPED_TEST(FiberTreeMesh, VisitsEveryTriangleThatASegmentTouches) {
   using S = TypeParam;
-  const auto fibers = curledFibers<S>(1, 25);
+  const auto fibers = curledFibers<S>(1, 20);
   for (const Triangles<S>& triangles : {soup<S>(2, 200, 0.4), ball<S>(0.35, 8, 12)}) {
     TriangleMesh mesh(triangles.view());
     for (const MeshPose& pose : poses()) {
@@ -161,7 +161,7 @@ TEST(FiberTreeMeshTest, FindsWhatIsWithinTheMarginOfASkewedMesh) {
 
 // A search with many tasks fits the tree of a turned mesh to the posed triangles.
 TEST(FiberTreeMeshTest, FindsAllTrianglesOfALargeTurnedMesh) {
-  const auto fibers = curledFibers<double>(31, 40);
+  const auto fibers = curledFibers<double>(31, 24);
   const auto triangles = ball<double>(0.35, 24, 36);
   const MeshPose pose = randomPose(32, 0.05);
   TriangleMesh mesh(triangles.view());
@@ -195,7 +195,7 @@ TYPED_TEST(FiberTreeMesh, FindsEachTouchingSegmentOnce) {
 
 TYPED_TEST(FiberTreeMesh, ASolidCountsWhatIsInside) {
   using S = TypeParam;
-  const auto fibers = curledFibers<S>(9, 40);
+  const auto fibers = curledFibers<S>(9, 28);
   const auto triangles = ball<S>(0.3, 8, 10);
   TriangleMesh solid(triangles.view(), TriangleMesh::Kind::kSolid);
   for (const MeshPose& pose : poses()) {
@@ -239,7 +239,7 @@ TYPED_TEST(FiberTreeMesh, ASolidCountsWhatIsInside) {
 
 TYPED_TEST(FiberTreeMesh, FindsTheNearestTriangleOfEachSegment) {
   using S = TypeParam;
-  const auto fibers = curledFibers<S>(10, 25);
+  const auto fibers = curledFibers<S>(10, 12);
   const auto triangles = ball<S>(0.2, 12, 16);
   TriangleMesh mesh(triangles.view());
   for (const MeshPose& pose : poses()) {
@@ -400,7 +400,7 @@ TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
 }
 
 TEST(FiberTreeMesh, MeshesOfAnySizeAndPlaceAreRight) {
-  const auto near = curledFibers<double>(14, 20);
+  const auto near = curledFibers<double>(14, 10);
   for (const double scale : {1e-150, 1.0, 1e150}) {
     for (const double offset : {0.0, 1e6}) {
       auto fibers = near;

@@ -234,8 +234,8 @@ TYPED_TEST(FindContacts, OfASurfaceAreWhereTheyTouch) {
 
 // A hair in a head would be pushed further in, or one beside it be taken for one inside.
 TYPED_TEST(FindContacts, OfASolidLeadOut) {
-  const auto fibers = curledFibers<TypeParam>(35, 100);
-  const auto triangles = ball<TypeParam>(0.3, 12, 18);
+  const auto fibers = curledFibers<TypeParam>(35, 60);
+  const auto triangles = ball<TypeParam>(0.3, 8, 12);
   TriangleMesh solid(triangles.view(), TriangleMesh::Kind::kSolid);
   for (const MeshPose& pose : {MeshPose(), randomPose(36, 0.1)}) {
     solid.setPose(pose);

@@ -59,8 +59,9 @@ TYPED_TEST(MeshImpactsOf, ImpactsWithAMeshAreThoseOfTheWholeStep) {
     TriangleMesh end = start;
     end.update(soup_at_end.view());
     if (seed > 2) end.setPose(turned(seed));
-    std::vector<ExactTriangle> exact_end;
+    std::vector<ExactTriangle> exact_start, exact_end;
     for (std::size_t t = 0; t < soup_at_end.count(); ++t) {
+      exact_start.push_back(soup_at_start.triangle(t, {}));
       exact_end.push_back(soup_at_end.triangle(t, end.pose()));
     }
     const FiberTree tree = treeOf(motion, capsules(1, margin));
@@ -69,6 +70,20 @@ TYPED_TEST(MeshImpactsOf, ImpactsWithAMeshAreThoseOfTheWholeStep) {
     for (int k = 0; k <= kSamples; ++k) {
       const double time = static_cast<double>(k) / kSamples;
       const Assembly<double> now = motion.at(time);
+      std::vector<Eigen::Vector3d> middles;
+      std::vector<double> extents;
+      for (std::size_t t = 0; t < exact_start.size(); ++t) {
+        const ExactTriangle &p = exact_start[t], &q = exact_end[t];
+        const auto at = [&](const Point& a, const Point& b) -> Eigen::Vector3d {
+          return ((1 - time) * a + time * b).template cast<double>();
+        };
+        const Eigen::Vector3d corners[] = {at(p.a, q.a), at(p.b, q.b), at(p.c, q.c)};
+        middles.push_back((corners[0] + corners[1] + corners[2]) / 3);
+        extents.push_back(0);
+        for (const auto& corner : corners) {
+          extents.back() = std::max(extents.back(), (corner - middles.back()).norm());
+        }
+      }
       const auto between = [&](const Point& a, const Point& b) {
         const Point p = (1 - time) * a + time * b;
         return std::array<double, 3>{static_cast<double>(p[0]), static_cast<double>(p[1]),
@@ -76,12 +91,18 @@ TYPED_TEST(MeshImpactsOf, ImpactsWithAMeshAreThoseOfTheWholeStep) {
       };
       now.visitCapsules([&](std::size_t, std::size_t i) {
         const GivenCapsule c = now.capsule(i);
+        const Eigen::Vector3d a(c.a[0], c.a[1], c.a[2]), b(c.b[0], c.b[1], c.b[2]);
+        const double reach = (b - a).norm() / 2 + c.radius + margin + 1e-9;
         for (std::size_t t = 0; t < soup_at_start.count(); ++t) {
-          const ExactTriangle p = soup_at_start.triangle(t, {}), &q = exact_end[t];
+          const Pair numbers{static_cast<std::int32_t>(i), static_cast<std::int32_t>(t)};
+          if (sampled.count(numbers) != 0) continue;
+          // Most pairs are farther apart than balls around them.
+          if ((middles[t] - (a + b) / 2).norm() > reach + extents[t]) continue;
+          const ExactTriangle &p = exact_start[t], &q = exact_end[t];
           const GivenInstant pair{{c.a, c.b},
                                   {between(p.a, q.a), between(p.b, q.b), between(p.c, q.c)}};
           if (!ImpactOracle::within(pair, 3, c.radius + margin).certain) continue;
-          sampled.emplace(Pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(t)}, time);
+          sampled.emplace(numbers, time);
         }
       });
     }
