@@ -9,6 +9,7 @@
 //   fcl_fibers_bench --measure=card [SCENE] [--scalar=double|float]
 //   fcl_fibers_bench --measure=arrays|growth [SCENE]
 //   fcl_fibers_bench --measure=threads [SCENE] [--threads=1,2,...] [--runs=N]
+//   fcl_fibers_bench --measure=live [SCENE] [--motion=NAME,...] [--steps=N] [--runs=N]
 //   fcl_fibers_bench --measure=obstacles --scene=cap|combed [--triangles=N]
 //   fcl_fibers_bench --measure=cables [--cables=N] [--triangles=N]
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
@@ -69,6 +70,18 @@
 //                         Capsules are without neighbours in a fiber, and volumes with them. Each
 //                         run makes its own tree and has to find as much as the first one, and
 //                         runs of all numbers of threads are in random order
+//   Live/<motion>         --steps steps of fibers, in each of which a tree finds what touches, and
+//                         LivePairs of another tree, in turns the one first and the other. Both
+//                         have to find the same pairs in every step. "without" and "with" live
+//                         pairs: the set-up with the first query, the median and the longest step,
+//                         its update, and all together. "loop" is the median of a plain loop that
+//                         reads the points and writes displacements. Motions are in radii. "slow"
+//                         and "fast": the scene turns as a whole by 0.02 or 0.2 in the mean, and
+//                         fibers move against each other by 0.012 or 0.04 at most. "slow" adds
+//                         noise of 0.02. "weather": 20 steps of "slow" and 20 of storm take turns.
+//                         "creeping": from one frame of the scene to the next by 0.4 a step,
+//                         "frames": a whole frame a step. "touching", "renewed" segments and
+//                         "tested" pairs are means of the steps
 //   Growth/<segments>     the tree over plain arrays at some sizes of one density, or of the one
 //                         scene that is named, per segment
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
@@ -151,8 +164,9 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
                  "Radius of the fibers, in the file's unit; may be left out if the file has one")
       ->needs(hair);
   app.add_flag("--rows", request.scene.rows, "Fibers in the order of rows of roots");
-  app.add_option("--steps", request.scene.steps, "Of the paper's dynamic assembly")
-      ->check(CLI::Range(1, 100));
+  app.add_option("--steps", request.scene.steps,
+                 "Of the paper's dynamic assembly, or of fibers whose pairs live")
+      ->check(CLI::Range(1, 1000));
   app.add_option("--against", request.against, "Who is measured");
   app.add_option("--scalar", request.scalar, "Of the card's objects and managers")
       ->check(CLI::IsMember({"double", "float"}));
@@ -167,7 +181,11 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
   app.add_option("--threads", request.threads, "Numbers of threads that are compared")
       ->delimiter(',')
       ->check(CLI::Range(1, 1024));
-  app.add_option("--runs", request.runs, "Of each number of threads")->check(CLI::Range(1, 1000));
+  app.add_option("--motion", request.motions, "Of fibers whose pairs live")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"slow", "fast", "weather", "creeping", "frames"}));
+  app.add_option("--runs", request.runs, "Of each number of threads, or of each motion")
+      ->check(CLI::Range(1, 1000));
   app.add_option("--out_dir", request.out_dir, "Where pictures are written");
 }
 

@@ -31,8 +31,10 @@ struct Request {
   int fibers = 50000;        ///< of the cap in motion
   double radii = 50;         ///< of its mean motion
   std::vector<int> threads;  ///< 1, 2, 4, ... and all that the machine has, if there are none
-  int runs = 5;              ///< of each number of threads
-  std::string out_dir;       ///< of files that are not Google Benchmark's
+  int runs = 5;              ///< of each number of threads, or of each motion
+  /// Of the fibers whose pairs live: slow, fast, weather, creeping or frames.
+  std::vector<std::string> motions = {"slow", "fast"};
+  std::string out_dir;  ///< of files that are not Google Benchmark's
 };
 
 /// Registers its runs, runs them through Google Benchmark, which has to be initialised, and returns

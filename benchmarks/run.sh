@@ -6,7 +6,7 @@
 #
 #   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arrays,
-#              growth, obstacles, motion. 57 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
+#              growth, obstacles, motion, pairs that live. 85 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion, narrow phases. 21 minutes.
 #              It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
@@ -169,6 +169,16 @@ case $scenes in
     measure obstacles_combed obstacles --scene=combed:fibers=10000
     measure obstacles_cables cables
     for radii in 5 50 150 480; do measure "motion_$radii" motion --radii="$radii"; done
+    live() { measure "live_$1" live --scene="$2" --motion="$3" --steps="$4" --runs="$5"; }
+    live helix helix:fibers=1000,segments=100 slow,fast,weather 500 3
+    live helix-thick helix:fibers=1000,segments=100,radius=0.016 slow,fast 500 1
+    live helix-2000 helix:fibers=1000,segments=2000 slow,fast 500 1
+    live cap cap:fibers=10000 creeping 500 1
+    live cap-frames cap:fibers=10000 frames 100 1
+    live paper-dynamic paper-dynamic frames 500 3
+    for n in 3,segments=3 10,segments=5 10,segments=20 10,segments=100; do
+      live "helix-$((${n%%,*} * ${n#*=}))" "helix:fibers=$n" fast 500 9
+    done
     ;;
   trade)
     trade helix 2 $helix=100

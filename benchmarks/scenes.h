@@ -17,7 +17,7 @@ using scenes::generatedScenes, scenes::openScene, tools::SceneSource;
 struct SceneRequest {
   std::string text = "helix";    ///< `helix:fibers=1000,segments=100`, or a path
   std::optional<double> radius;  ///< of a file's fibers, in its unit
-  int steps = 100;               ///< of the paper's dynamic assembly
+  int steps = 100;               ///< of the paper's dynamic assembly, or of fibers whose pairs live
   bool rows = false;             ///< fibers in the order of rowsOfRoots()
 };
 

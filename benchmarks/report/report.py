@@ -18,6 +18,7 @@ import arrays
 import card
 import elsewhere
 import frames
+import live
 import motion
 import narrow
 import obstacles
@@ -41,7 +42,7 @@ DOCUMENTED = {
         *("ratios", "best", "scene", "elsewhere", "clients", "changes", "candidates"),
         *("beside", "fibers-of", "one-by-one"),
         *("arrays", "growth", "obstacles", "obstacle-counts"),
-        "motion",
+        *("motion", "live", "live-counts"),
     ),
     "trade": (
         *("managers", "sampling", "costs", "dials", "motion-dials"),
@@ -132,6 +133,7 @@ def speed(kind, folder, with_targets=False):
         wanted |= files_of("arrays", arrays.SCENES) | {"growth": "growth"}
         wanted |= files_of("obstacles", obstacles.SCENES)
         wanted |= {f"motion by {radii} radii": f"motion_{radii}" for radii in motion.MOTIONS}
+        wanted |= {f"pairs that live of {scene}": f"live_{scene}" for scene in live.SCENES}
         report = Report(kind, "All figures", folder, wanted)
     scenes, parts = frames.scenes_of(report.parts), report.parts
     if kind == "headline":
@@ -148,6 +150,7 @@ def speed(kind, folder, with_targets=False):
         report.add("arrays_.*", targets.of_arrays, parts)
         report.add("obstacles_.*", targets.of_obstacles, parts)
         report.add(r"motion_\d+", targets.of_motion, parts)
+        report.add("live_.*", targets.of_live, parts)
     for name, scene in scenes.items():
         report.add(f"frames_{name}", frames.scene_table, scene, kind == "headline")
         report.add(f"frames_{name}", frames.tried, scene)
@@ -162,6 +165,8 @@ def speed(kind, folder, with_targets=False):
     report.add("obstacles_.*", obstacles.table, parts)
     report.add("obstacles_(cap|combed)", obstacles.counts, parts)
     report.add(r"motion_\d+", motion.table, parts)
+    report.add("live_.*", live.table, parts)
+    report.add("live_.*", live.counts, parts)
     return report
 
 

@@ -4,6 +4,7 @@
 import arrays
 import elsewhere
 import frames
+import live
 import motion
 import obstacles
 import python_steps
@@ -132,6 +133,23 @@ def of_motion(parts):
     rows.add("impacts missed", 0, lambda m: m.judged("missed"))
     rows.add("safe step, times all impacts", 1, lambda m: m.safe("seconds") / m.safe("query"))
     return Table("targets of motion", "Targets of motion", motion.table(parts).header, rows)
+
+
+def of_live(parts):
+    least = {"slow": 10, "fast": 6, "creeping": 3}
+    rows = []
+    for run in live.runs_of(parts):
+        # Of fibers that are few, or move far, nothing is gained and little may be lost.
+        thick = run.scene == "helix-thick"
+        gains = run.motion in least and run.get("segments") > 1000 and not thick
+        goal = least[run.motion] if gains else 0.95
+        row = [run.title, target(run.whole(), goal, least=True), target(run.longest(), 1.3)]
+        row.append(target(run.times_the_loop(), 3) if gains and run.motion == "slow" else "-")
+        row.append(target(run.get("listings"), 10, least=True) if gains else "-")
+        rows.append([*row, target(run.of_segment("bytes"), 60) if thick else "-"])
+    header = ["", "times as fast, all steps", "longest step, times one without"]
+    header += ["times the loop", "listings", "bytes a segment"]
+    return Table("targets of live pairs", "Targets of pairs that live", header, rows)
 
 
 def of_python(parts):

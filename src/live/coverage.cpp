@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "tree/extent.h"
 
@@ -61,8 +62,13 @@ AffineMap commonMotion(const std::vector<MovedPoint>& points) {
   return restOf(points, fit) < kWorth * restOf(points, none) ? fit : none;
 }
 
-Coverage::Coverage(const Sides& sides, double covered, double margin, std::int64_t most)
-    : sides_(sides), covered_(covered), margin_(margin), left_(most) {
+Coverage::Coverage(const Sides& sides, double covered, double margin, std::int64_t most,
+                   IsListed isListed)
+    : sides_(sides),
+      covered_(covered),
+      margin_(margin),
+      is_listed_(std::move(isListed)),
+      left_(most) {
   for (int i = 0; i < sides_.count; ++i) {
     places_[i].assign(static_cast<std::size_t>(sides_.anchors[i]->blockCount()), -1);
   }
@@ -140,6 +146,7 @@ void Coverage::checkBlocks(std::int32_t i, std::int32_t j, Renewals& renewals) {
 /// Chooses which of two segments is to be anchored anew.
 void Coverage::choose(int p_side, Leaf k, const Anchors::Node& p, int q_side, Leaf l,
                       const Anchors::Node& q, Renewals& renewals) const {
+  if (p_side == 0 ? is_listed_(k, l) : is_listed_(l, k)) return;
   const auto deviationOf = [this](int side, Leaf leaf, const Anchors::Node& node) {
     return sides_.anchors[side]->deviationOf(node, leaf / Anchors::kBlock);
   };
@@ -188,6 +195,23 @@ bool Coverage::checkAround(const Leaves& changed, Renewals& renewals) {
     }
   }
   return true;
+}
+
+double usualApproach(const Sides& sides) {
+  // A list fails where many blocks have come apart, so it is not the median that counts.
+  constexpr std::int32_t kMostBlocks = 1024;
+  std::vector<double> approaches;
+  for (int i = 0; i < sides.count; ++i) {
+    const Anchors& anchors = *sides.anchors[i];
+    const std::int32_t step = anchors.blockCount() / kMostBlocks + 1;
+    for (std::int32_t block = 0; block < anchors.blockCount(); block += step) {
+      approaches.push_back(approachOf(anchors.node(0, block), anchors.node(0, block)));
+    }
+  }
+  if (approaches.empty()) return 0;
+  const auto place = approaches.begin() + static_cast<std::ptrdiff_t>(approaches.size() * 3 / 4);
+  std::nth_element(approaches.begin(), place, approaches.end());
+  return *place;
 }
 
 double mostApproach(const Sides& sides) {

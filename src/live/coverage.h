@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "geometry/affine_map.h"
@@ -23,8 +24,8 @@ struct Sides {
   const SegmentsNow* now[2];
 };
 
-/// Finds out whether a list may have lost pairs. Two segments that are not listed are covered while
-/// they have come nearer by at most a length, or by less than the gap between their anchors. This
+/// Finds out whether a list may have lost pairs. Two segments are covered while they have come nearer
+/// by at most a length, or by less than the gap between their anchors, or if they are listed. This
 /// is asked of pairs of nodes, from the root down to pairs of segments.
 class Coverage {
  public:
@@ -32,10 +33,14 @@ class Coverage {
   using Leaves = std::array<std::vector<Leaf>, 2>;
   using Renewals = std::array<std::vector<Anchors::Renewal>, 2>;
 
+  /// Whether a pair is listed or does not count, by segments of the first and of the second side.
+  using IsListed = std::function<bool(Leaf p, Leaf q)>;
+
   /// @param covered  how much nearer two segments may have come that are not listed
   /// @param margin   within which segments touch
   /// @param most     how many pairs of nodes may be asked about
-  Coverage(const Sides& sides, double covered, double margin, std::int64_t most);
+  Coverage(const Sides& sides, double covered, double margin, std::int64_t most,
+           IsListed isListed);
 
   /// For each pair that is not covered, adds a renewal of the segment that has left its surroundings
   /// further, with the displacement of the other one. Returns false if it has asked about too many
@@ -63,6 +68,7 @@ class Coverage {
 
   const Sides sides_;
   const double covered_, margin_;
+  const IsListed is_listed_;
   std::int64_t left_;  ///< pairs of nodes that may still be asked about
   /// The nodes of segments of blocks that have been asked about, and where those of a block are.
   std::vector<Anchors::BlockNodes> nodes_;
@@ -71,6 +77,9 @@ class Coverage {
 
 /// Bounds how much nearer any two segments have come.
 double mostApproach(const Sides& sides);
+
+/// By how much segments that are near each other have usually come nearer.
+double usualApproach(const Sides& sides);
 
 /// Calls visit(child) for the children of a node.
 template <class Visit>

@@ -120,36 +120,38 @@ class Marks {
 }  // namespace
 
 void LiveList::update(Pairing& pairing, double scale, Last last) {
-  const bool may_be_listed = std::exchange(is_listed_, false) && last == Last::kSame;
+  // Until the end the list is none that may serve.
+  const State before = last == Last::kSame ? std::exchange(state_, State::kNone)
+                                           : (state_ = State::kNone);
   Entries listed;
   std::vector<Entry> gone;
-  bool is_new = true;
-  if (may_be_listed) {
-    ++life_;
+  const double unit = pairing.usualReach();
+  bool serves = false, is_new = true;
+  if (before != State::kNone) {
+    ++age_;
     measure(pairing);
-    if (renew(pairing, listed, gone, is_new)) {
-      is_listed_ = true;
-    } else {
-      counts_.longest_life = std::max(counts_.longest_life, life_ - 1);
-      skin_.observe(last_, life_ - 1);
-    }
+    skin_.setSpeed(usualApproach(sidesOf(pairing)) / (unit * static_cast<double>(age_)));
+    serves = before == State::kListed && renew(pairing, listed, gone, is_new);
   }
-  if (!may_be_listed || !is_listed_) {
+  State now = State::kListed;
+  if (!serves) {
+    if (before == State::kListed) counts_.longest_life = std::max(counts_.longest_life, age_ - 1);
+    const double skin = skin_.isChosen() ? skin_.next() * unit : fixed_ * scale;
     is_new = true;
-    const double skin = skin_.next(pairing.usualReach() / scale) * scale;
     list(pairing, skin, last, listed, gone);
-    is_listed_ = skin > 0;
-    life_ = 0;
+    if (skin <= 0) now = skin_.wantsSpeed() ? State::kAnchored : State::kNone;
+    if (now != State::kNone) anchor(pairing);
+    age_ = 0;
+    used_skin_ = skin / scale;
   }
-  const bool serves = std::exchange(is_listed_, false);
   Entries& entries = is_new ? listed : entries_;
-  const std::vector<std::size_t> changed = test(pairing, entries);
-  take(entries, changed, gone);
-  is_listed_ = serves;
-  ++counts_.updates;
-  if (life_ == 0) {
-    last_ = {pairing.side(0).order->size(), entries_.size(), touching_count_};
+  const bool all_touch = !serves && now != State::kListed;
+  take(entries, all_touch ? allNew(entries) : test(pairing, entries), gone);
+  if (!serves && touching_count_ <= entries_.size()) {
+    skin_.setListing(pairing.side(0).order->size(), entries_.size(), touching_count_);
   }
+  state_ = now;
+  ++counts_.updates;
 }
 
 /// Bounds how far all ends have moved since they were listed.
@@ -173,13 +175,22 @@ Sides LiveList::sidesOf(const Pairing& pairing) const {
 bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone,
                      bool& is_renewed) {
   // Beyond these, to list all costs less.
-  constexpr std::int64_t kMostAsked = 8;    // pairs of nodes, for each segment
+  constexpr std::int64_t kMostAsked = 32;    // pairs of nodes, for each segment
   constexpr std::size_t kMostSegments = 32;  // as a share of all
   constexpr int kMostRounds = 24;
   std::size_t all = 0;
   for (int i = 0; i < pairing.sideCount(); ++i) all += pairing.side(i).order->size();
+  const SegmentsNow &first = pairing.side(0), &second = pairing.side(pairing.sideCount() - 1);
+  const auto isListed = [&](Leaf k, Leaf l) {
+    Pair pair{(*first.order)[static_cast<std::size_t>(k)],
+              (*second.order)[static_cast<std::size_t>(l)]};
+    return pairing.sift(&pair, 1) == 0 ||
+           touch(anchors_[0].segment(first, k),
+                 anchors_[pairing.sideCount() - 1].segment(second, l),
+                 pairing.margin() + covered_, /*error=*/0);
+  };
   Coverage coverage(sidesOf(pairing), covered_, pairing.margin(),
-                    kMostAsked * static_cast<std::int64_t>(all) + 1024);
+                    kMostAsked * static_cast<std::int64_t>(all) + 1024, isListed);
   Coverage::Renewals renewals;
   Coverage::Leaves all_changed;
   if (!coverage.check(renewals)) return false;
@@ -271,15 +282,24 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
     slots.addRest(gone);
   }
   listed_ = skin;
-  if (skin <= 0) {
-    for (Anchors& anchors : anchors_) anchors.clear();
-    return;
-  }
+}
+
+/// Anchors all segments where they are.
+void LiveList::anchor(const Pairing& pairing) {
   for (int i = 0; i < pairing.sideCount(); ++i) {
     anchors_[i].set(pairing.side(i), pairing.executor());
   }
   // The anchors are rounded.
-  covered_ = skin - mostApproach(sidesOf(pairing));
+  covered_ = listed_ - mostApproach(sidesOf(pairing));
+}
+
+/// Returns the places of the entries without a slot, if all touch.
+std::vector<std::size_t> LiveList::allNew(const Entries& entries) {
+  std::vector<std::size_t> changed;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (entries[i].slot < 0) changed.push_back(i);
+  }
+  return changed;
 }
 
 /// Returns the places of the entries that have begun or ended to touch.

@@ -71,7 +71,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   };
 
   /// @param skin  in the world's unit; negative if it is chosen
-  explicit LiveList(double skin) : skin_(skin) {}
+  explicit LiveList(double skin) : fixed_(skin), skin_(/*is_chosen=*/skin < 0) {}
 
   /// What the segments of the last update are to those of the next.
   enum class Last {
@@ -96,7 +96,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   ///@}
 
   /// In the world's unit; 0 if each update searches.
-  double skin() const { return skin_.get(); }
+  double skin() const { return used_skin_; }
   const Counts& counts() const { return counts_; }
   std::size_t memoryUsage() const;
 
@@ -109,11 +109,22 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   void relist(const Pairing& pairing, const Coverage::Leaves& changed, Entries& renewed,
               std::vector<Entry>& gone);
   void list(Pairing& pairing, double skin, Last last, Entries& listed, std::vector<Entry>& gone);
+  void anchor(const Pairing& pairing);
+  static std::vector<std::size_t> allNew(const Entries& entries);
   std::vector<std::size_t> test(const Pairing& pairing, const Entries& entries);
   void take(Entries& entries, const std::vector<std::size_t>& changed,
             const std::vector<Entry>& gone);
 
+  /// What the anchors serve for.
+  enum class State {
+    kNone,
+    kAnchored,  ///< to measure how fast the segments move
+    kListed,    ///< to tell how long the list is complete
+  };
+
+  double fixed_;
   Skin skin_;
+  double used_skin_ = 0;  ///< in the world's unit
   Counts counts_;
   Entries entries_;
   std::vector<Entry> begun_, ended_;
@@ -121,11 +132,10 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   std::int32_t slot_count_ = 0;
   std::size_t touching_count_ = 0;
 
-  bool is_listed_ = false;  ///< whether the anchors are those of the entries
+  State state_ = State::kNone;
   double listed_ = 0;   ///< how much further apart than the margin what is listed is, in the frame
   double covered_ = 0;  ///< how much nearer what is not listed may come; less because of rounding
-  std::int64_t life_ = 0;  ///< updates since the last listing of all pairs
-  Skin::Listing last_{0, 0, 0};
+  std::int64_t age_ = 0;  ///< updates since all segments were anchored
   Anchors anchors_[2];
 };
 

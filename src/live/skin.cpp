@@ -7,59 +7,65 @@
 namespace fcl_fibers::live {
 namespace {
 
-constexpr int kLeast = -4, kMost = 3;
-
 // What costs how much, in tests of a listed pair, as measured.
-constexpr double kSearchOfSegment = 40;  ///< a search, for each segment
-constexpr double kMoveOfSegment = 2;     ///< bounding its displacement
+constexpr double kSearch = 40;  ///< a search, for each segment
+constexpr double kUpdate = 3;   ///< to bound displacements and to ask about them, for each segment
 
-constexpr std::int64_t kLongestRest = 64;
+/// Below this share of what searches cost, a list is worth its trouble.
+constexpr double kWorth = 0.9;
+
+/// For fewer segments a search costs less than a list, and less than to find out.
+constexpr double kFewSegments = 64;
 
 }  // namespace
 
-double Skin::next(double size) {
-  if (fixed_ >= 0) return last_ = fixed_;
-  size_ = size;
+bool Skin::wantsSpeed() const {
+  return is_chosen_ && last_ == 0 && rest_ == 0 && segments_ >= kFewSegments;
+}
+
+void Skin::setListing(std::size_t segments, std::size_t listed, std::size_t touching) {
+  segments_ = static_cast<double>(segments);
+  touching_ = static_cast<double>(touching);
+  listed_skin_ = last_;
+  near_ = static_cast<double>(listed - touching);
+}
+
+/// The mean cost of an update with lists of this skin.
+double Skin::costOf(double skin) const {
+  constexpr double kLongest = 64;
+  // Half of the skin is used up where the motion is fastest when the rest begins to fail.
+  const double lives = std::min(0.7 * skin / speed_, kLongest);
+  // What is near grows with the volume around a fiber. Before there was a list it is a guess.
+  const double wider = listed_skin_ > 0 ? skin / listed_skin_ : skin;
+  const double near = listed_skin_ > 0 ? near_ : touching_ + 0.1 * segments_;
+  const double tests = touching_ + near * wider * std::max(1.0, std::sqrt(wider));
+  const double listing = kSearch * segments_ + 10 * tests;
+  return (listing + lives * (kUpdate * segments_ + tests)) / (1 + std::floor(lives));
+}
+
+double Skin::next() {
   if (rest_ > 0) {
     --rest_;
     return last_ = 0;
   }
-  return last_ = std::ldexp(size, exponent_);
-}
-
-void Skin::observe(const Listing& listing, std::int64_t life) {
-  if (fixed_ >= 0 || last_ == 0 || listing.segments == 0) return;
-  const auto segments = static_cast<double>(listing.segments);
-  const double search = kSearchOfSegment * segments;
-  const double lasted = static_cast<double>(std::max<std::int64_t>(life, 1));
-  const double touching = static_cast<double>(listing.touching);
-  const double near = static_cast<double>(listing.listed) - touching;
-  int best = kLeast;
-  double least = search;
-  bool pays = false;
+  if (speed_ < 0) return last_ = 0;
+  constexpr int kLeast = -3, kMost = 3;
+  double least = kWorth * kSearch * segments_, best = 0;
   for (int exponent = kLeast; exponent <= kMost; ++exponent) {
-    const double wider = std::ldexp(1.0, exponent - exponent_);
-    // A list that has not outlived the first update tells only that the motion is faster.
-    const double lives = life == 0 ? 0.5 * wider : lasted * wider;
-    if (lives < 1) continue;
-    // Pairs that are near grow with the volume around a fiber.
-    const double tests = touching + near * wider * std::sqrt(std::max(wider, 1.0));
-    const double cost =
-        (search * (1 + 0.1 * tests / (touching + segments))) / (std::floor(lives) + 1) +
-        kMoveOfSegment * segments + tests;
+    const double skin = std::ldexp(1.0, exponent), cost = costOf(skin);
     if (cost >= least) continue;
     least = cost;
-    best = exponent;
-    pays = true;
+    best = skin;
   }
-  if (pays) {
-    // Far from where it was observed, the estimate is poor.
-    exponent_ = std::clamp(best, exponent_ - 2, exponent_ + 2);
+  speed_ = -1;
+  if (best > 0) {
     next_rest_ = 4;
-    return;
+  } else {
+    constexpr std::int64_t kLongestRest = 64;
+    rest_ = next_rest_;
+    next_rest_ = std::min(2 * next_rest_, kLongestRest);
   }
-  rest_ = next_rest_;
-  next_rest_ = std::min(2 * next_rest_, kLongestRest);
+  return last_ = best;
 }
 
 }  // namespace fcl_fibers::live

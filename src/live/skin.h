@@ -7,34 +7,38 @@
 namespace fcl_fibers::live {
 
 /// Chooses how far beyond what touches pairs are listed. A wide skin lasts long, and each update
-/// tests more pairs. It decides by counts alone, so equal calls lead to equal choices.
+/// tests more pairs. If motion is so fast that no list pays, each update searches, and now and then
+/// one measures whether that is still so. It decides by counts and lengths alone, so equal calls
+/// lead to equal choices.
+///
+/// Lengths are in units of the usual distance of two axes that touch.
 class Skin {
  public:
-  /// @param fixed  in the world's unit; negative if it is chosen
-  explicit Skin(double fixed) : fixed_(fixed) {}
+  /// @param is_chosen  whether the skin is not given
+  explicit Skin(bool is_chosen) : is_chosen_(is_chosen) {}
 
-  /// What a listing has found.
-  struct Listing {
-    std::size_t segments, listed, touching;
-  };
+  bool isChosen() const { return is_chosen_; }
 
-  /// Returns the skin of the listing that comes next, or 0 to search without a list.
-  /// @param size  the usual distance of two axes that touch, in the world's unit
-  double next(double size);
+  /// Tells what a listing has found.
+  void setListing(std::size_t segments, std::size_t listed, std::size_t touching);
+  /// Tells by how much segments that are near each other come nearer in an update.
+  void setSpeed(double speed) { speed_ = speed; }
 
-  /// Tells what the last listing has found, and how many updates it has served before it was of no
-  /// more use. If it was made for another reason than that, it is not told.
-  void observe(const Listing& listing, std::int64_t life);
+  /// Returns the skin of the search that comes next: 0 if it makes no list.
+  double next();
 
-  double get() const { return last_; }  ///< what next() returned last
+  /// Whether the next update has to measure the speed, after a search that made no list.
+  bool wantsSpeed() const;
 
  private:
-  double fixed_;
-  double last_ = 0;
-  double size_ = 0;
-  int exponent_ = -1;      ///< the skin is 2^exponent_ times the size
-  std::int64_t rest_ = 0;  ///< how many updates search before a list is tried again
-  std::int64_t next_rest_ = 4;
+  double costOf(double skin) const;
+
+  bool is_chosen_;
+  double speed_ = -1;  ///< negative if it is not known
+  double last_ = 0;    ///< what next() returned last
+  double listed_skin_ = 0;
+  double segments_ = 0, near_ = 0, touching_ = 0;  ///< near: listed, and apart
+  std::int64_t rest_ = 0, next_rest_ = 4;          ///< updates that search before it asks again
 };
 
 }  // namespace fcl_fibers::live

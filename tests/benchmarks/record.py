@@ -37,6 +37,8 @@ RECORDED = {
         "--triangles=25600",
     ],
     "full/obstacles_cables": ["cables", "--cables=2", "--triangles=5000"],
+    "full/live_helix": ["live", HELIX, "--motion=slow,weather", "--steps=40"],
+    "full/live_helix-9": ["live", "--scene=helix:fibers=3,segments=3", "--motion=fast"],
     "full/motion_50": ["motion", "--fibers=500", "--radii=50"],
     "full/motion_480": ["motion", "--fibers=500", "--radii=480"],
     "trade/frames_helix": ["frames", "--against=all", HELIX],

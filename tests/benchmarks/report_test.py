@@ -20,6 +20,7 @@ HERE = Path(__file__).resolve().parent
 BENCHMARKS = HERE.parent.parent / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS / "report"))
 
+import live  # noqa: E402
 import paper_claims  # noqa: E402
 import paper_table  # noqa: E402
 import report  # noqa: E402
@@ -193,7 +194,8 @@ class ReportTest(unittest.TestCase):
         missing = "frames of helix-2000; frames of cap; frames of paper-dynamic; queries; clients; "
         missing += "shapes; arrays of helix; arrays of helix-2000; arrays of cap; growth; "
         missing += "obstacles of cap; obstacles of combed; obstacles of cables; "
-        missing += "; ".join(f"motion by {radii} radii" for radii in (5, 50, 150, 480))
+        missing += "; ".join(f"motion by {radii} radii" for radii in (5, 50, 150, 480)) + "; "
+        missing += "; ".join(f"pairs that live of {scene}" for scene in live.SCENES)
         self.assertIn(f"Not measured: {missing}.", text)
 
     def test_what_is_wrong_or_missing_ends_the_report(self):
@@ -502,6 +504,42 @@ class ReportTest(unittest.TestCase):
         ):
             self.assertEqual(self.row(targets, name)[0], value)
         self.assertIn("motion by 5 radii; motion by 150 radii", tables + targets)
+
+    def test_pairs_that_live(self):
+        """If this failed, docs/performance.md would state another gain, or hide the set-up."""
+        self.take("full", "live_helix", "live_helix-9")
+        slow = {"without_step": [0.03, 0.06, 0.03], "with_step": [0.002, 0.002, 0.003]}
+        slow |= {"without_total": [12.0, 9.0, 10.0], "with_total": 2.0, "loop": 0.001}
+        slow |= {"with_longest": [0.09, 0.06, 0.09], "segments": 1e5, "bytes": 5.9e6}
+        slow |= {"listings": 12.0, "renewed": 2e3}
+        slow |= {"touching": 2e5, "tested": 80.0, "tested_touching": 60.0}
+        few = {"without_total": 0.93, "with_total": 1.0}
+        self.put("live_helix", {"Live/slow/": slow, "Live/weather/": {"segments": 1e5}})
+        self.put("live_helix-9", {"Live/fast/": few})
+        tables, targets = self.made("full", "--targets").split("## Targets of pairs that live\n")
+        speed, listed = tables.split("## Pairs that live, what is listed\n")
+        found = self.row(speed, "helix, 100,000 segments, slow")
+        self.assertEqual(found[2:], ["30.0 ms", "2.00 ms", "15.0", "5.00", "1.00", "2.00"])
+        found = self.row(listed, "helix, 100,000 segments, slow")
+        self.assertEqual(found[0], "2.0")
+        self.assertEqual(found[-3:], ["2 %", "25 %", "59"])
+        found = self.row(targets, "helix, 100,000 segments, slow")
+        self.assertEqual(found[0], "5.00 MISSED (at least 10)")
+        self.assertEqual(found[2:], ["2.00 met (at most 3)", "12.0 met (at least 10)", "-"])
+        found = self.row(targets, "helix, 9 segments, fast")
+        self.assertEqual(found[0], "0.930 MISSED (at least 0.95)")
+        self.assertIn("pairs that live of cap;", tables + targets)
+
+    def test_live_pairs_that_a_search_does_not_find_end_the_report(self):
+        """If this failed, a list would seem fast because it misses pairs."""
+
+        def wrong(run):
+            if run["run_name"].startswith("Live/slow/"):
+                run.update(error_occurred=True, error_message="in step 3 7 pairs live")
+
+        self.take("full", "live_helix")
+        self.edit("live_helix", wrong)
+        self.assert_fails("in step 3 7 pairs live", "full")
 
     def test_documents_keep_what_was_not_measured_again(self):
         """If this failed, --only would end in an error, or empty the other tables of a page."""

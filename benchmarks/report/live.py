@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables of pairs that live: what a step costs with a list of them, and what was listed."""
+
+from tables import Table, chosen, count, digits, percent, time
+
+# What a scene is called, by the end of its file's name.
+SCENES = {
+    "helix": "helix",
+    "helix-thick": "helix, thick",
+    "helix-2000": "helix",
+    "cap": "cap",
+    "cap-frames": "cap",
+    "paper-dynamic": "paper-dynamic",
+    **{f"helix-{segments}": "helix" for segments in (9, 50, 200, 1000)},
+}
+MOTIONS = ("slow", "fast", "weather", "creeping", "frames")
+READ = (
+    "A step is an update and a query that counts, on one thread. Both find the same pairs in every "
+    "step and take turns in one run. All steps include the set-up. The loop reads the points and "
+    "writes displacements. Motions are those of a step, in radii."
+)
+COUNTS_READ = (
+    "Renewed are the segments whose pairs alone were listed again, in a step. In vain are the "
+    "pairs that were tested and did not touch. Bytes are those of the list, beside the tree."
+)
+
+
+class Run:
+    """What was measured of one motion of one scene."""
+
+    def __init__(self, part, scene, motion):
+        self.part, self.scene, self.motion = part, scene, motion
+        self.title = f"{SCENES[scene]}, {count(self.get('segments'))} segments, {motion}"
+
+    def get(self, key):
+        return self.part.median("Live", self.motion, key)
+
+    def times(self, key, reference):
+        """Of medians of runs, each of both."""
+        return self.part.ratios("Live", self.motion, key, reference).median()
+
+    def whole(self):
+        """How many times as fast all steps are, with the set-up."""
+        return self.times("without_total", "with_total")
+
+    def longest(self):
+        """The longest step, times the median one without. Of several runs the least: other programs
+        only lengthen steps."""
+        return self.part.ratios("Live", self.motion, "with_longest", "without_step").min()
+
+    def times_the_loop(self):
+        return self.times("with_step", "loop")
+
+    def of_segment(self, key):
+        return self.get(key) / self.get("segments")
+
+
+def runs_of(parts):
+    scenes = chosen(parts, "live_{}", SCENES)
+    return [
+        Run(part, scene, motion)
+        for scene, part in scenes.items()
+        for motion in MOTIONS
+        if part.has("Live", motion)
+    ]
+
+
+def table(parts):
+    header = ["scene and motion", "mean motion", "largest", "step without", "with"]
+    header += ["times as fast", "all steps", "longest step, times one without", "times the loop"]
+    rows = []
+    for run in runs_of(parts):
+        row = [run.title, digits(run.get("motion"), 2), digits(run.get("largest_motion"), 2)]
+        row += [time(run.get("without_step")), time(run.get("with_step"))]
+        ratios = (run.times("without_step", "with_step"), run.whole(), run.longest())
+        rows.append(row + [digits(ratio) for ratio in (*ratios, run.times_the_loop())])
+    return Table("live", "Pairs that live", header, rows, READ)
+
+
+def counts(parts):
+    header = ["scene and motion", "touching pairs a segment", "skin at the end, in radii", "steps"]
+    header += ["listings", "longest life", "renewed", "in vain", "bytes a segment"]
+    rows = []
+    for run in runs_of(parts):
+        row = [run.title, digits(run.of_segment("touching"), 2), digits(run.get("skin"), 2)]
+        row += [count(run.get(key)) for key in ("steps", "listings", "longest_life")]
+        row.append(percent(run.get("renewed"), run.get("segments")))
+        tested, found = run.get("tested"), run.get("tested_touching")
+        row.append(percent(tested - found, tested) if tested else "-")
+        rows.append([*row, digits(run.of_segment("bytes"), 2)])
+    return Table("live-counts", "Pairs that live, what is listed", header, rows, COUNTS_READ)
