@@ -42,24 +42,45 @@ bool areFurtherApart(const Box& p, const Box& q, double distance) {
   return squared > distance * distance * kOutward;
 }
 
-/// The mean distance of the points from where a motion takes them, apart from what is common to
-/// all.
-double restOf(const std::vector<MovedPoint>& points, const AffineMap& motion) {
-  const double count = static_cast<double>(points.size());
-  Vec3d mean{0, 0, 0};
-  for (const MovedPoint& p : points) mean = mean + (1 / count) * (p.after - motion(p.before));
-  double rest = 0;
-  for (const MovedPoint& p : points) rest += norm(p.after - motion(p.before) - mean) / count;
-  return rest;
+/// Moves the half of the points to the front that a motion takes nearest to where they are, apart
+/// from what is common to all. Returns how far the last of these is from there.
+double sortByRest(std::vector<MovedPoint>& points, const AffineMap& motion) {
+  const auto half = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
+  Vec3d usual{0, 0, 0};
+  for (double Vec3d::*axis : geometry::kAxes) {
+    const auto rest = [&](const MovedPoint& p) { return (p.after - motion(p.before)).*axis; };
+    std::nth_element(
+        points.begin(), half, points.end(),
+        [&](const MovedPoint& p, const MovedPoint& q) { return rest(p) < rest(q); });
+    usual.*axis = rest(*half);
+  }
+  const auto rest = [&](const MovedPoint& p) {
+    return squaredNorm(p.after - motion(p.before) - usual);
+  };
+  std::nth_element(points.begin(), half, points.end(),
+                   [&](const MovedPoint& p, const MovedPoint& q) { return rest(p) < rest(q); });
+  return std::sqrt(rest(*half));
 }
 
 }  // namespace
 
-AffineMap commonMotion(const std::vector<MovedPoint>& points) {
+AffineMap commonMotion(std::vector<MovedPoint> points) {
   // To follow a turn costs time for every point, so it has to leave much less of the displacements.
   constexpr double kWorth = 0.7;
-  const AffineMap fit = rigidFit(points), none;
-  return restOf(points, fit) < kWorth * restOf(points, none) ? fit : none;
+  constexpr int kFits = 3;
+  if (points.empty()) return {};
+  const double rest = sortByRest(points, AffineMap());
+  if (!(rest > 0)) return {};
+  AffineMap fit;
+  double rest_of_fit = rest;
+  for (int i = 0; i < kFits; ++i) {
+    // A few points that go their own way must not turn all others.
+    const std::vector<MovedPoint> half(
+        points.begin(), points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2 + 1));
+    fit = rigidFit(half);
+    rest_of_fit = sortByRest(points, fit);
+  }
+  return rest_of_fit < kWorth * rest ? fit : AffineMap();
 }
 
 Coverage::Coverage(const Sides& sides, double covered, double margin, std::int64_t most,

@@ -15,7 +15,7 @@
 namespace fcl_fibers::live {
 
 /// Returns the rigid motion of most of the points, or none if they have no common one.
-geometry::AffineMap commonMotion(const std::vector<geometry::MovedPoint>& points);
+geometry::AffineMap commonMotion(std::vector<geometry::MovedPoint> points);
 
 /// One or two sets of segments and their anchors. If it is one, it is also the second.
 struct Sides {

@@ -125,7 +125,7 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
                                            : (state_ = State::kNone);
   Entries listed;
   std::vector<Entry> gone;
-  const double unit = pairing.usualReach();
+  const double unit = skin_.isChosen() && before != State::kNone ? pairing.usualReach() : 1;
   bool serves = false, is_new = true;
   if (before != State::kNone) {
     ++age_;
@@ -136,7 +136,8 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
   State now = State::kListed;
   if (!serves) {
     if (before == State::kListed) counts_.longest_life = std::max(counts_.longest_life, age_ - 1);
-    const double skin = skin_.isChosen() ? skin_.next() * unit : fixed_ * scale;
+    const double skin =
+        skin_.isChosen() ? skin_.next(pairing.side(0).order->size()) * unit : fixed_ * scale;
     is_new = true;
     list(pairing, skin, last, listed, gone);
     if (skin <= 0) now = skin_.wantsSpeed() ? State::kAnchored : State::kNone;
@@ -147,9 +148,7 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
   Entries& entries = is_new ? listed : entries_;
   const bool all_touch = !serves && now != State::kListed;
   take(entries, all_touch ? allNew(entries) : test(pairing, entries), gone);
-  if (!serves && touching_count_ <= entries_.size()) {
-    skin_.setListing(pairing.side(0).order->size(), entries_.size(), touching_count_);
-  }
+  if (!serves) skin_.setFound(entries_.size(), touching_count_);
   state_ = now;
   ++counts_.updates;
 }
@@ -175,7 +174,7 @@ Sides LiveList::sidesOf(const Pairing& pairing) const {
 bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone,
                      bool& is_renewed) {
   // Beyond these, to list all costs less.
-  constexpr std::int64_t kMostAsked = 32;    // pairs of nodes, for each segment
+  constexpr std::int64_t kMostAsked = 8;     // pairs of nodes, for each segment
   constexpr std::size_t kMostSegments = 32;  // as a share of all
   constexpr int kMostRounds = 24;
   std::size_t all = 0;

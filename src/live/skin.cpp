@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace fcl_fibers::live {
 namespace {
@@ -23,18 +24,17 @@ bool Skin::wantsSpeed() const {
   return is_chosen_ && last_ == 0 && rest_ == 0 && segments_ >= kFewSegments;
 }
 
-void Skin::setListing(std::size_t segments, std::size_t listed, std::size_t touching) {
-  segments_ = static_cast<double>(segments);
+void Skin::setFound(std::size_t listed, std::size_t touching) {
   touching_ = static_cast<double>(touching);
   listed_skin_ = last_;
   near_ = static_cast<double>(listed - touching);
 }
 
 /// The mean cost of an update with lists of this skin.
-double Skin::costOf(double skin) const {
+double Skin::costOf(double skin, double speed) const {
   constexpr double kLongest = 64;
   // Half of the skin is used up where the motion is fastest when the rest begins to fail.
-  const double lives = std::min(0.7 * skin / speed_, kLongest);
+  const double lives = std::min(0.7 * skin / speed, kLongest);
   // What is near grows with the volume around a fiber. Before there was a list it is a guess.
   const double wider = listed_skin_ > 0 ? skin / listed_skin_ : skin;
   const double near = listed_skin_ > 0 ? near_ : touching_ + 0.1 * segments_;
@@ -43,21 +43,22 @@ double Skin::costOf(double skin) const {
   return (listing + lives * (kUpdate * segments_ + tests)) / (1 + std::floor(lives));
 }
 
-double Skin::next() {
+double Skin::next(std::size_t segments) {
+  segments_ = static_cast<double>(segments);
+  const double speed = std::exchange(speed_, -1);
   if (rest_ > 0) {
     --rest_;
     return last_ = 0;
   }
-  if (speed_ < 0) return last_ = 0;
+  if (speed < 0) return last_ = 0;
   constexpr int kLeast = -3, kMost = 3;
   double least = kWorth * kSearch * segments_, best = 0;
   for (int exponent = kLeast; exponent <= kMost; ++exponent) {
-    const double skin = std::ldexp(1.0, exponent), cost = costOf(skin);
+    const double skin = std::ldexp(1.0, exponent), cost = costOf(skin, speed);
     if (cost >= least) continue;
     least = cost;
     best = skin;
   }
-  speed_ = -1;
   if (best > 0) {
     next_rest_ = 4;
   } else {

@@ -19,19 +19,19 @@ class Skin {
 
   bool isChosen() const { return is_chosen_; }
 
-  /// Tells what a listing has found.
-  void setListing(std::size_t segments, std::size_t listed, std::size_t touching);
+  /// Tells how many pairs the last search has found, and how many of them touch.
+  void setFound(std::size_t listed, std::size_t touching);
   /// Tells by how much segments that are near each other come nearer in an update.
   void setSpeed(double speed) { speed_ = speed; }
 
   /// Returns the skin of the search that comes next: 0 if it makes no list.
-  double next();
+  double next(std::size_t segments);
 
   /// Whether the next update has to measure the speed, after a search that made no list.
   bool wantsSpeed() const;
 
  private:
-  double costOf(double skin) const;
+  double costOf(double skin, double speed) const;
 
   bool is_chosen_;
   double speed_ = -1;  ///< negative if it is not known

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/live_pairs.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fcl_fibers/contact.h>
+
+#include "arrays/live_calls.h"
+#include "support/random.h"
+
+namespace fcl_fibers {
+namespace {
+
+using test::LiveCalls;
+using test::LiveWatch;
+using test::MovingFibers;
+using test::Random;
+
+/// Random scenes and calls, each compared with a tree that has just been built.
+template <typename S>
+void runScene(std::uint64_t seed) {
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Random random(seed);
+  LiveCalls<S> calls(random);
+  for (int step = 0; step < 12; ++step) {
+    SCOPED_TRACE("step " + std::to_string(step));
+    calls.step(random);
+    if (::testing::Test::HasFailure()) return;
+  }
+}
+
+// A pair would be missed where fibers move, grow, jump or change their tree, or get a wrong slot.
+TEST(LivePairs, AreThoseOfAFreshTree) {
+  for (std::uint64_t seed = 1; seed <= test::sceneCount(400); ++seed) {
+    seed % 3 == 0 ? runScene<float>(seed) : runScene<double>(seed);
+    if (HasFailure()) return;
+  }
+}
+
+/// A few hundred fibers of one radius in a box, most of which touch some others.
+MovingFibers<double> bundle(std::uint64_t seed, int fibers = 300, int points = 9) {
+  Random random(seed);
+  MovingFibers<double> bundle;
+  for (int f = 0; f < fibers; ++f) {
+    Eigen::Vector3d p = random.inCube(1);
+    for (int i = 0; i < points; ++i) {
+      bundle.addPoint(p);
+      p += Eigen::Vector3d(0.1, 0, 0) + random.inCube(0.01);
+    }
+    bundle.endFiber();
+  }
+  bundle.radii = {0.02};
+  return bundle;
+}
+
+// Each step would search the whole scene again, which the pairs alone do not show.
+TEST(LivePairs, AreListedSeldomWhileNeighboursMoveTogether) {
+  MovingFibers<double> fibers = bundle(1);
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree);
+  LiveWatch<FiberTree> watch;
+  const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, 3).normalized();
+  for (int step = 0; step < 60; ++step) {
+    // A turn by which the ends move fifty radii in all.
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.01, axis).toRotationMatrix();
+    for (auto& p : fibers.points) p = turn * p + Eigen::Vector3d(0.01, 0, 0);
+    tree.update(fibers.view());
+    live.update();
+    watch.check(live, tree);
+  }
+  EXPECT_GT(live.count(), 100u);
+  EXPECT_EQ(live.counters().updates, 60);
+  EXPECT_LE(live.counters().listings, 5) << "the list is to move with the scene";
+}
+
+// One fiber that whips would cost a search of all others in each step.
+TEST(LivePairs, AreRenewedWhereOneFiberWhips) {
+  MovingFibers<double> fibers = bundle(2, 600);
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree, {0.04});
+  LiveWatch<FiberTree> watch;
+  Random random(3);
+  for (int step = 0; step < 20; ++step) {
+    for (std::size_t i = 0; i < 9; ++i) fibers.points[i] += random.inCube(0.2);
+    tree.update(fibers.view());
+    live.update();
+    watch.check(live, tree);
+  }
+  EXPECT_EQ(live.counters().listings, 1);
+  EXPECT_GT(live.counters().renewed_segments, 0);
+}
+
+// A whole frame of hair would be listed with a skin, in vain.
+TEST(LivePairs, MakeNoListsWhereAllFlies) {
+  MovingFibers<double> fibers = bundle(4);
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree);
+  LiveWatch<FiberTree> watch;
+  Random random(5);
+  for (int step = 0; step < 40; ++step) {
+    for (auto& p : fibers.points) p += random.inCube(0.1);
+    tree.update(fibers.view());
+    live.update();
+    watch.check(live, tree);
+    EXPECT_EQ(live.skin(), 0);
+  }
+}
+
+// The same calls would list at other times, or hand pairs out in another order.
+TEST(LivePairs, DoNotDependOnThreads) {
+  std::vector<std::vector<LivePair<SegmentPair>>> expected;
+  for (const int threads : {1, 2, 3, 8}) {
+    MovingFibers<double> fibers = bundle(6);
+    FiberTreeOptions options;
+    options.threads = threads;
+    FiberTree tree(options);
+    tree.build(fibers.view());
+    LivePairs live(tree);
+    Random random(7);
+    for (std::size_t step = 0; step < 25; ++step) {
+      for (auto& p : fibers.points) p += random.inCube(0.001);
+      for (std::size_t i = 0; i < 9; ++i) fibers.points[i] += random.inCube(0.05);
+      tree.update(fibers.view());
+      live.update();
+      std::vector<LivePair<SegmentPair>> pairs;
+      live.find(pairs);
+      if (threads == 1) expected.push_back(pairs);
+      ASSERT_EQ(pairs.size(), expected[step].size());
+      for (std::size_t i = 0; i < pairs.size(); ++i) {
+        ASSERT_EQ(pairs[i].pair.a, expected[step][i].pair.a);
+        ASSERT_EQ(pairs[i].pair.b, expected[step][i].pair.b);
+        ASSERT_EQ(pairs[i].slot, expected[step][i].slot);
+      }
+    }
+  }
+}
+
+// The pairs of a build that has given their names to others would live on.
+TEST(LivePairs, EndWithABuildAndOutlastOtherTrees) {
+  MovingFibers<double> fibers = bundle(8);
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree);
+  live.update();
+  const std::size_t count = live.count();
+  ASSERT_GT(count, 100u);
+  EXPECT_EQ(live.begun().size(), count);
+  // Fibers that have changed places make the tree loose, so that an update builds it again.
+  for (std::size_t f = 0; f + 1 < fibers.fiberCount(); f += 2) fibers.swapFibers(f, f + 1);
+  LiveWatch<FiberTree> watch;
+  watch.check(live, tree);
+  for (int step = 0; step < 3; ++step) {
+    tree.update(fibers.view());
+    live.update();
+    watch.check(live, tree);
+  }
+  tree.build(fibers.view());
+  live.update();
+  watch.checkAfterBuild(live, tree);
+}
+
+// A failed update would lose pairs, or hand out changes twice.
+TEST(LivePairs, StayAsTheyWereIfTheTreeCannotBeRead) {
+  MovingFibers<double> fibers = bundle(9);
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree);
+  live.update();
+  LiveWatch<FiberTree> watch;
+  watch.check(live, tree);
+  const double x = fibers.points[7].x();
+  fibers.points[7].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(tree.update(fibers.view()), std::invalid_argument);
+  fibers.points[7].x() = x;
+  live.update();
+  EXPECT_TRUE(live.begun().empty());
+  EXPECT_TRUE(live.ended().empty());
+  watch.check(live, tree);
+}
+
+// Programs would wait for a query that never ends, or read what changes.
+TEST(LivePairs, RefuseWhileAQueryRuns) {
+  MovingFibers<double> fibers = bundle(10);
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree);
+  live.update();
+  EXPECT_THROW(tree.visit(Pairs{}, [&](SegmentPair) { live.update(); }), std::invalid_argument);
+  live.update();
+  // The partner is only read.
+  FiberTree other;
+  other.build(fibers.view());
+  LivePairs<FiberTree> both(tree, other);
+  other.visit(Pairs{}, [&](SegmentPair) {
+    both.update();
+    return true;
+  });
+  EXPECT_GT(both.count(), live.count());
+}
+
+// The wrong kind of tree would answer otherwise than its own queries.
+TEST(LivePairs, RefuseTreesByName) {
+  FiberTreeOptions spheres;
+  spheres.volumes = FiberTreeOptions::Volumes::kWrappedSpheres;
+  FiberTree sphere_tree(spheres), volume_tree(FiberOptions{Topology::kBundle, Report::kVolumes, 1});
+  FiberTree tree;
+  const auto textOf = [](auto&& call) -> std::string {
+    try {
+      call();
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(textOf([&] { LivePairs{sphere_tree}; }), ::testing::HasSubstr("wrapped spheres"));
+  EXPECT_THAT(textOf([&] { LivePairs{volume_tree}; }), ::testing::HasSubstr("kCapsules"));
+  EXPECT_THAT(textOf([&] { LivePairs<FiberTree>(tree, sphere_tree); }),
+              ::testing::HasSubstr("wrapped spheres"));
+  EXPECT_THAT(textOf([&] { LivePairs(tree, {std::numeric_limits<double>::infinity()}); }),
+              ::testing::HasSubstr("skin"));
+  LivePairs live(tree);  // without fibers
+  live.update();
+  EXPECT_EQ(live.count(), 0u);
+  EXPECT_EQ(live.slotCount(), 0);
+}
+
+// A query between two updates would be answered by volumes of another time.
+TEST(LivePairs, LeaveTheRefitToTheQueryThatNeedsIt) {
+  MovingFibers<double> fibers = bundle(11);
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree);
+  Random random(12);
+  for (int step = 0; step < 10; ++step) {
+    for (auto& p : fibers.points) p += random.inCube(0.003);
+    tree.update(fibers.view());
+    FiberTree fresh;
+    fresh.build(fibers.view());
+    std::vector<SegmentPair> nearest, expected;
+    if (step % 2 == 0) {
+      tree.find(Nearest{0.02}, nearest);
+      fresh.find(Nearest{0.02}, expected);
+      EXPECT_EQ(nearest.size(), expected.size());
+      EXPECT_EQ(test::pairsOf(tree), test::pairsOf(fresh));
+    }
+    live.update();
+    std::vector<SegmentPair> pairs;
+    live.find(pairs);
+    EXPECT_EQ(test::sorted(pairs), test::pairsOf(fresh));
+    EXPECT_EQ(test::pairsOf(tree), test::pairsOf(fresh));
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers
