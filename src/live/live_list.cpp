@@ -174,7 +174,7 @@ Sides LiveList::sidesOf(const Pairing& pairing) const {
 bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone,
                      bool& is_renewed) {
   // Beyond these, to list all costs less.
-  constexpr std::int64_t kMostAsked = 8;     // pairs of nodes, for each segment
+  constexpr std::int64_t kMostAsked = 16;    // pairs of nodes, for each segment
   constexpr std::size_t kMostSegments = 32;  // as a share of all
   constexpr int kMostRounds = 24;
   std::size_t all = 0;

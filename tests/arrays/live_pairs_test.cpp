@@ -106,7 +106,7 @@ TEST(LivePairs, AreRenewedWhereOneFiberWhips) {
 
 // A whole frame of hair would be listed with a skin, in vain.
 TEST(LivePairs, MakeNoListsWhereAllFlies) {
-  MovingFibers<double> fibers = bundle(4);
+  MovingFibers<double> fibers = bundle(4, 100);
   FiberTree tree;
   tree.build(fibers.view());
   LivePairs live(tree);
