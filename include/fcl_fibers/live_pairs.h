@@ -128,6 +128,24 @@ class LivePairs {
     tree().writeContacts(question, partner(), pairs.data(), pairs.size(), contacts.data());
   }
 
+  /// Writes for each point how far it may move, in the unit of the fibers, so that no two segments
+  /// touch then that do not touch now: none do if no point moves further than its own distance. It is
+  /// half of the gap to the nearest segment that it is not to touch, less at most half of the skin.
+  /// Points of a pair that touches get 0, unless such pairs are skipped because a program parts
+  /// them. Points of no segment get infinity. Neighbours and groups that are left out of the pairs do
+  /// not count, and the margin does. The second form writes the distances of the partner's points,
+  /// too, which then may move at the same time; in the first one the partner's points may as well.
+  ///
+  /// Throws std::invalid_argument if the trees have changed since update(), or if there is no list:
+  /// if skin() is 0. To have one always, give LivePairsOptions::skin.
+  ///@{
+  FCL_FIBERS_TREE_EXPORT void safeDistances(std::vector<double>& distances,
+                                            bool skips_touching = false) const;
+  FCL_FIBERS_TREE_EXPORT void safeDistances(std::vector<double>& distances,
+                                            std::vector<double>& partner_distances,
+                                            bool skips_touching = false) const;
+  ///@}
+
   /// What began and what ended to touch in the last update. A pair that has ended may be of
   /// segments that are no more.
   ///@{

@@ -112,10 +112,12 @@ void FiberIndex::build(const FiberArrays<S>& fibers) {
   addFibers(fibers, table, index_.executor());
   rebuild("FiberTree::build", ArraySource<S>(fibers, largest), &table);
   ++build_count_;
+  ++update_count_;
 }
 
 template <typename S>
 void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fibers) {
+  ++update_count_;
   parallel::Executor* const executor = index_.executor();
   double largest = checkArrays(start != nullptr ? kEnd : kUpdate, fibers, executor);
   if (start != nullptr) largest = std::max(largest, checkArrays(kStart, *start, executor));

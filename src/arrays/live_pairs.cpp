@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -12,6 +14,7 @@
 #include "arrays/fiber_index.h"
 #include "arrays/pair_sinks.h"
 #include "fibers/options.h"
+#include "geometry/segment_distance.h"
 #include "live/live_list.h"
 
 namespace fcl_fibers {
@@ -58,6 +61,20 @@ class TreePairing final : public live::Pairing {
     index_->withTouchTest(other_ != nullptr ? &**other_ : nullptr,
                           [&](const auto& filter) { count = filter.keep(pairs, count, none); });
     return count;
+  }
+  double gapOf(const tree::Pair& pair) const override {
+    const geometry::Segment p = index_->segment(pair.a);
+    geometry::Segment q = other_ != nullptr ? (*other_)->segment(pair.b) : index_->segment(pair.b);
+    double error = endPointError(p);
+    if (other_ == nullptr) {
+      error += endPointError(q);
+    } else {
+      q = change_(q);
+      error += change_.error(q);
+    }
+    const double distance = norm(geometry::closestPoints(p, q).apart);
+    // The points found are further apart than the nearest ones by less than the second number.
+    return distance - p.radius - q.radius - margin() - 8 * error;
   }
   std::size_t sift(tree::Pair* pairs, std::size_t count) const override {
     if (other_ != nullptr) return count;
@@ -137,15 +154,51 @@ class LivePairs<Partner>::Impl {
     versions_ = now;
   }
 
+  void findSafeDistances(bool skips_touching, std::vector<double>& distances,
+                         std::vector<double>* of_partner) const {
+    constexpr char kCall[] = "LivePairs::safeDistances";
+    const std::shared_ptr<FiberIndex> own = tree_.index(), other = partner_.index();
+    const bool is_own = own == other;
+    if (!(Version::of(*own) == versions_[0] && Version::of(*other) == versions_[1])) {
+      fibers::throwInvalidArgument(kCall, "the fibers have changed; call LivePairs::update() before");
+    }
+    if (!list_.isListed()) {
+      fibers::throwInvalidArgument(
+          kCall, "there is no list at present; construct the pairs with a skin above 0");
+    }
+    const TreePairing pairing(*own, is_own ? nullptr : other.get());
+    std::vector<std::atomic<double>> found[2];
+    for (int i = 0; i < pairing.sideCount(); ++i) {
+      found[i] = std::vector<std::atomic<double>>(
+          static_cast<std::size_t>(pairing.side(i).segments->end()) + 1);
+      for (auto& distance : found[i]) distance = std::numeric_limits<double>::infinity();
+    }
+    list_.findSafeDistances(pairing, skips_touching, found);
+    const double unit = 1 / (*own)->frame().scale;
+    const auto write = [unit](const FiberIndex& index, const auto& from, std::vector<double>& to) {
+      to.resize(static_cast<std::size_t>(index.table().idCount()));
+      for (std::size_t i = 0; i < to.size(); ++i) {
+        to[i] = i < from.size() ? unit * from[i].load() : std::numeric_limits<double>::infinity();
+      }
+    };
+    write(*own, found[0], distances);
+    if (of_partner != nullptr) write(*other, is_own ? found[0] : found[1], *of_partner);
+  }
+
  private:
   /// What the list of an index depends on besides the places of its segments.
   struct Version {
     std::size_t names = 0;   ///< FiberIndex::buildCount()
     std::size_t leaves = 0;  ///< SegmentIndex::buildCount()
+    std::size_t places = 0;  ///< FiberIndex::updateCount()
     Frame frame;
 
+    bool operator==(const Version& other) const {
+      return names == other.names && leaves == other.leaves && places == other.places &&
+             frame == other.frame;
+    }
     static Version of(const FiberIndex& index) {
-      return {index.buildCount(), index->buildCount(), index->frame()};
+      return {index.buildCount(), index->buildCount(), index.updateCount(), index->frame()};
     }
   };
 
@@ -182,6 +235,16 @@ LivePairs<Partner>& LivePairs<Partner>::operator=(LivePairs&&) noexcept = defaul
 template <class Partner>
 void LivePairs<Partner>::update() {
   impl_->update();
+}
+template <class Partner>
+void LivePairs<Partner>::safeDistances(std::vector<double>& distances, bool skips_touching) const {
+  impl_->findSafeDistances(skips_touching, distances, nullptr);
+}
+template <class Partner>
+void LivePairs<Partner>::safeDistances(std::vector<double>& distances,
+                                       std::vector<double>& partner_distances,
+                                       bool skips_touching) const {
+  impl_->findSafeDistances(skips_touching, distances, &partner_distances);
 }
 template <class Partner>
 std::size_t LivePairs<Partner>::count() const {

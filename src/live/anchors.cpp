@@ -227,7 +227,16 @@ void Anchors::renew(const SegmentsNow& now, std::vector<Renewal> renewals,
   }
   std::sort(changed.begin(), changed.end());
   changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
-  for (const Leaf leaf : changed) bound(now, leaf / kBlock);
+  for (auto leaf = changed.begin(); leaf != changed.end(); ++leaf) {
+    const std::int32_t block = *leaf / kBlock;
+    if (leaf != changed.begin() && leaf[-1] / kBlock == block) continue;
+    Node& node = nodes_[static_cast<std::size_t>(block)];
+    const Node before = node;
+    node = measured(anchored(now, block));
+    node.moved = join(node.moved, before.moved);
+    node.growth = std::max(node.growth, before.growth);
+    bound(now, block);
+  }
   joinAbove();
 }
 

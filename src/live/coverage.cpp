@@ -31,15 +31,20 @@ double approachOf(const Anchors::Node& p, const Anchors::Node& q) {
   return approach >= 0 ? approach : std::numeric_limits<double>::infinity();
 }
 
-/// Whether two nodes are further apart than this. A box that is around everything is not.
-bool areFurtherApart(const Box& p, const Box& q, double distance) {
+double squaredGap(const Box& p, const Box& q) {
   double squared = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const double gap = std::max({double{p.low[axis]} - double{q.high[axis]},
                                  double{q.low[axis]} - double{p.high[axis]}, 0.0});
     squared += gap * gap;
   }
-  return squared > distance * distance * kOutward;
+  return squared;
+}
+/// A lower bound of how far apart two boxes are.
+double gapOf(const Box& p, const Box& q) { return std::sqrt(squaredGap(p, q)) / kOutward; }
+/// Whether two nodes are further apart than this. A box that is around everything is not.
+bool areFurtherApart(const Box& p, const Box& q, double distance) {
+  return squaredGap(p, q) > distance * distance * kOutward;
 }
 
 /// Moves the half of the points to the front that a motion takes nearest to where they are, apart
@@ -98,38 +103,57 @@ Coverage::Coverage(const Sides& sides, double covered, double margin, std::int64
 bool Coverage::covers(const Anchors::Node& p, const Anchors::Node& q) {
   --left_;
   const double approach = approachOf(p, q);
-  return approach <= covered_ || areFurtherApart(p.where, q.where, approach + margin_);
+  return approach + wanted_ <= covered_ ||
+         areFurtherApart(p.where, q.where, approach + margin_ + wanted_);
 }
 
 bool Coverage::check(Renewals& renewals) {
   const int second = sides_.count - 1;
-  if (root(0).level < 0 || root(second).level < 0) return true;
-  return check(root(0), root(second), renewals);
+  return visitUncovered([&](Leaf k, const Anchors::Node& p, Leaf l, const Anchors::Node& q) {
+    choose(0, k, p, second, l, q, renewals);
+  });
 }
 
-bool Coverage::check(const Place& p, const Place& q, Renewals& renewals) {
+bool Coverage::findRests(double wanted, const TakeRest& take) {
+  wanted_ = wanted;
+  return visitUncovered([&](Leaf k, const Anchors::Node& p, Leaf l, const Anchors::Node& q) {
+    if (is_listed_(k, l)) return;
+    const double approach = approachOf(p, q);
+    take(k, l, std::max(covered_ - approach, gapOf(p.where, q.where) - margin_ - approach));
+  });
+}
+
+/// Calls take(k, p, l, q) for the pairs of segments k and l, and their nodes p and q, that are not
+/// covered.
+bool Coverage::visitUncovered(const TakePair& take) {
+  const int second = sides_.count - 1;
+  if (root(0).level < 0 || root(second).level < 0) return true;
+  return visitUncovered(root(0), root(second), take);
+}
+
+bool Coverage::visitUncovered(const Place& p, const Place& q, const TakePair& take) {
   const int second = sides_.count - 1;
   if (covers(nodeAt(0, p), nodeAt(second, q))) return true;
   if (left_ < 0) return false;
   if (p.level == 0 && q.level == 0) {
-    checkBlocks(p.node, q.node, renewals);
+    visitUncoveredOf(p.node, q.node, take);
     return true;
   }
   bool goes_on = true;
   if (p.level > q.level) {
     forChildren(*sides_.anchors[0], p.level, p.node, [&](std::int32_t child) {
-      goes_on = goes_on && check({p.level - 1, child}, q, renewals);
+      goes_on = goes_on && visitUncovered({p.level - 1, child}, q, take);
     });
   } else if (q.level > p.level) {
     forChildren(*sides_.anchors[second], q.level, q.node, [&](std::int32_t child) {
-      goes_on = goes_on && check(p, {q.level - 1, child}, renewals);
+      goes_on = goes_on && visitUncovered(p, {q.level - 1, child}, take);
     });
   } else {
     const bool is_one = second == 0 && p.node == q.node;
     forChildren(*sides_.anchors[0], p.level, p.node, [&](std::int32_t child) {
       forChildren(*sides_.anchors[second], q.level, q.node, [&](std::int32_t other) {
         if (is_one && other < child) return;
-        goes_on = goes_on && check({p.level - 1, child}, {q.level - 1, other}, renewals);
+        goes_on = goes_on && visitUncovered({p.level - 1, child}, {q.level - 1, other}, take);
       });
     });
   }
@@ -145,8 +169,8 @@ const Anchors::BlockNodes& Coverage::nodesOf(int side, std::int32_t block) {
   return nodes_[static_cast<std::size_t>(place)];
 }
 
-/// Asks about the pairs of segments of two blocks.
-void Coverage::checkBlocks(std::int32_t i, std::int32_t j, Renewals& renewals) {
+/// Does so for the segments of two blocks.
+void Coverage::visitUncoveredOf(std::int32_t i, std::int32_t j, const TakePair& take) {
   const int second = sides_.count - 1;
   const Anchors &p = *sides_.anchors[0], &q = *sides_.anchors[second];
   nodesOf(0, i);  // may move the others
@@ -159,7 +183,7 @@ void Coverage::checkBlocks(std::int32_t i, std::int32_t j, Renewals& renewals) {
     for (Leaf l = is_one ? k + 1 : j * Anchors::kBlock; l < q.blockEnd(j); ++l) {
       const Anchors::Node& q_node = q_nodes[static_cast<std::size_t>(l % Anchors::kBlock)];
       if (covers(p_node, q_node)) continue;
-      choose(0, k, p_node, second, l, q_node, renewals);
+      take(k, p_node, l, q_node);
     }
   }
 }

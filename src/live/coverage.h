@@ -50,6 +50,12 @@ class Coverage {
   /// Does so for the pairs of segments whose anchors have just changed.
   bool checkAround(const Leaves& changed, Renewals& renewals);
 
+  /// Finds the pairs of segments that would not be covered if they came nearer by `wanted`. Calls
+  /// take(p, q, rest) for each, where `rest` is how much nearer they may come. Returns false if it
+  /// has asked about too many pairs.
+  using TakeRest = std::function<void(Leaf p, Leaf q, double rest)>;
+  bool findRests(double wanted, const TakeRest& take);
+
  private:
   struct Place {
     int level;
@@ -59,9 +65,12 @@ class Coverage {
     return sides_.anchors[side]->node(place.level, place.node);
   }
   Place root(int side) const { return {sides_.anchors[side]->levelCount() - 1, 0}; }
+  using TakePair =
+      std::function<void(Leaf k, const Anchors::Node& p, Leaf l, const Anchors::Node& q)>;
   bool covers(const Anchors::Node& p, const Anchors::Node& q);
-  bool check(const Place& p, const Place& q, Renewals& renewals);
-  void checkBlocks(std::int32_t i, std::int32_t j, Renewals& renewals);
+  bool visitUncovered(const TakePair& take);
+  bool visitUncovered(const Place& p, const Place& q, const TakePair& take);
+  void visitUncoveredOf(std::int32_t i, std::int32_t j, const TakePair& take);
   void choose(int p_side, Leaf k, const Anchors::Node& p, int q_side, Leaf l,
               const Anchors::Node& q, Renewals& renewals) const;
   const Anchors::BlockNodes& nodesOf(int side, std::int32_t block);
@@ -69,6 +78,7 @@ class Coverage {
   const Sides sides_;
   const double covered_, margin_;
   const IsListed is_listed_;
+  double wanted_ = 0;  ///< how much nearer they are to be able to come
   std::int64_t left_;  ///< pairs of nodes that may still be asked about
   /// The nodes of segments of blocks that have been asked about, and where those of a block are.
   std::vector<Anchors::BlockNodes> nodes_;

@@ -168,6 +168,17 @@ Sides LiveList::sidesOf(const Pairing& pairing) const {
   return {count, {&anchors_[0], &anchors_[count - 1]}, {&pairing.side(0), &pairing.side(count - 1)}};
 }
 
+/// Whether a pair is listed, by its anchors, or does not count.
+bool LiveList::isListed(const Pairing& pairing, Leaf k, Leaf l) const {
+  const int second = pairing.sideCount() - 1;
+  const SegmentsNow &first_now = pairing.side(0), &second_now = pairing.side(second);
+  Pair pair{(*first_now.order)[static_cast<std::size_t>(k)],
+            (*second_now.order)[static_cast<std::size_t>(l)]};
+  return pairing.sift(&pair, 1) == 0 ||
+         touch(anchors_[0].segment(first_now, k), anchors_[second].segment(second_now, l),
+               pairing.margin() + covered_, /*error=*/0);
+}
+
 /// Makes the list complete by listing the pairs of some segments anew. Returns false if all have to
 /// be listed.
 /// @param is_renewed  whether `renewed` is the list; otherwise the old one is complete
@@ -179,17 +190,9 @@ bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry
   constexpr int kMostRounds = 24;
   std::size_t all = 0;
   for (int i = 0; i < pairing.sideCount(); ++i) all += pairing.side(i).order->size();
-  const SegmentsNow &first = pairing.side(0), &second = pairing.side(pairing.sideCount() - 1);
-  const auto isListed = [&](Leaf k, Leaf l) {
-    Pair pair{(*first.order)[static_cast<std::size_t>(k)],
-              (*second.order)[static_cast<std::size_t>(l)]};
-    return pairing.sift(&pair, 1) == 0 ||
-           touch(anchors_[0].segment(first, k),
-                 anchors_[pairing.sideCount() - 1].segment(second, l),
-                 pairing.margin() + covered_, /*error=*/0);
-  };
   Coverage coverage(sidesOf(pairing), covered_, pairing.margin(),
-                    kMostAsked * static_cast<std::int64_t>(all) + 1024, isListed);
+                    kMostAsked * static_cast<std::int64_t>(all) + 1024,
+                    [&](Leaf k, Leaf l) { return isListed(pairing, k, l); });
   Coverage::Renewals renewals;
   Coverage::Leaves all_changed;
   if (!coverage.check(renewals)) return false;
@@ -364,6 +367,62 @@ void LiveList::take(Entries& entries, const std::vector<std::size_t>& changed,
   if (&entries != &entries_) entries_.swap(entries);
   begun_.swap(begun);
   ended_.swap(ended);
+}
+
+void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
+                                 std::vector<std::atomic<double>>* distances) const {
+  constexpr double kInward = 1 - 0x1p-30;
+  const int second = pairing.sideCount() - 1;
+  // Half of what two segments may come nearer is for each of them.
+  const auto lower = [&](int side, SegmentId id, double distance) {
+    const index::KeptSegments& segments = *pairing.side(side).segments;
+    const std::size_t stride = segments.sharesEnds() ? 1 : 2;
+    const std::size_t place = stride * static_cast<std::size_t>(id - segments.begin());
+    const double half = std::max(0.5 * distance * kInward, 0.0);
+    for (const std::size_t end : {place, place + 1}) {
+      std::atomic<double>& least = distances[side][end];
+      double before = least.load(std::memory_order_relaxed);
+      while (half < before && !least.compare_exchange_weak(before, half)) {
+      }
+    }
+  };
+  const auto idOf = [&](int side, Leaf leaf) {
+    return (*pairing.side(side).order)[static_cast<std::size_t>(leaf)];
+  };
+
+  // What is not listed: nearly the whole skin, or what is left of it where that is less.
+  constexpr std::int64_t kMostAsked = 16;
+  std::size_t all = 0;
+  for (int i = 0; i <= second; ++i) all += pairing.side(i).order->size();
+  double wanted = std::max(covered_ - mostApproach(sidesOf(pairing)), 0.5 * covered_);
+  std::vector<std::pair<Leaf, double>> rests[2];
+  for (bool is_found = false; !is_found; wanted = is_found ? wanted : 0.5 * wanted) {
+    for (auto& side : rests) side.clear();
+    if (wanted < 0x1p-10 * covered_) wanted = 0;
+    Coverage coverage(sidesOf(pairing), covered_, pairing.margin(),
+                      kMostAsked * static_cast<std::int64_t>(all) + 1024,
+                      [&](Leaf k, Leaf l) { return isListed(pairing, k, l); });
+    is_found = wanted == 0 || coverage.findRests(wanted, [&](Leaf k, Leaf l, double rest) {
+      rests[0].emplace_back(k, rest);
+      rests[second].emplace_back(l, rest);
+    });
+  }
+  for (int side = 0; side <= second; ++side) {
+    for (const SegmentId id : *pairing.side(side).order) lower(side, id, wanted);
+    for (const auto& [leaf, rest] : rests[side]) lower(side, idOf(side, leaf), rest);
+  }
+
+  constexpr std::size_t kTask = 8192;
+  parallel::forRanges(
+      pairing.executor(), entries_.size(), kTask, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const Entry& entry = entries_[i];
+          if (entry.slot >= 0 && skips_touching) continue;
+          const double gap = entry.slot >= 0 ? 0 : pairing.gapOf(entry.pair);
+          lower(0, entry.pair.a, gap);
+          lower(second, entry.pair.b, gap);
+        }
+      });
 }
 
 std::size_t LiveList::memoryUsage() const {

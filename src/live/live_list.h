@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -32,6 +33,9 @@ class Pairing {
   /// Moves the pairs that touch to the front in their order, and returns their number. It is called
   /// on several threads.
   virtual std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const = 0;
+
+  /// Returns a lower bound of how far apart a pair is, beyond the margin.
+  virtual double gapOf(const tree::Pair& pair) const = 0;
 
   /// Moves the pairs that count at all to the front in their order, each as search() would find it,
   /// and returns their number. It is called on several threads.
@@ -89,6 +93,16 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   std::size_t touchingCount() const { return touching_count_; }
   /// All slots are below.
   std::int32_t slotCount() const { return slot_count_; }
+  /// Bounds how far each end may move so that no pair touches then that does not touch now, in the
+  /// frame of the first side; infinite for an end of no segment.
+  /// @param pairing         that of the last update, since which nothing has changed
+  /// @param skips_touching  whether pairs that touch do not count; else their ends may not move
+  /// @param distances       one for each side, by the ends of KeptSegments
+  /// @pre isListed()
+  void findSafeDistances(const Pairing& pairing, bool skips_touching,
+                         std::vector<std::atomic<double>>* distances) const;
+  bool isListed() const { return state_ == State::kListed; }
+
   /// What began and what ended to touch in the last update.
   ///@{
   const std::vector<Entry>& begun() const { return begun_; }
@@ -105,6 +119,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
 
   Sides sidesOf(const Pairing& pairing) const;
   void measure(const Pairing& pairing);
+  bool isListed(const Pairing& pairing, Leaf k, Leaf l) const;
   bool renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone, bool& is_renewed);
   void relist(const Pairing& pairing, const Coverage::Leaves& changed, Entries& renewed,
               std::vector<Entry>& gone);

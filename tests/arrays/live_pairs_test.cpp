@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
@@ -43,7 +44,7 @@ void runScene(std::uint64_t seed) {
 
 // A pair would be missed where fibers move, grow, jump or change their tree, or get a wrong slot.
 TEST(LivePairs, AreThoseOfAFreshTree) {
-  for (std::uint64_t seed = 1; seed <= test::sceneCount(400); ++seed) {
+  for (std::uint64_t seed = 1; seed <= test::sceneCount(150); ++seed) {
     seed % 3 == 0 ? runScene<float>(seed) : runScene<double>(seed);
     if (HasFailure()) return;
   }
@@ -264,6 +265,111 @@ TEST(LivePairs, LeaveTheRefitToTheQueryThatNeedsIt) {
     EXPECT_EQ(test::sorted(pairs), test::pairsOf(fresh));
     EXPECT_EQ(test::pairsOf(tree), test::pairsOf(fresh));
   }
+}
+
+/// Moves each point by at most its distance, mostly by all of it.
+void moveBy(Random& random, const std::vector<double>& distances, MovingFibers<double>& fibers) {
+  const Eigen::Vector3d common = random.direction();
+  const std::size_t way = random.below(3);
+  for (std::size_t i = 0; i < fibers.points.size(); ++i) {
+    const double most = std::isfinite(distances[i]) ? distances[i] : 1;
+    // The product rounds by less than this.
+    const double length = most * (way == 0 ? random.unit() : 1) * (1 - 0x1p-50);
+    fibers.points[i] += length * (way == 2 && random.below(2) == 0 ? common : random.direction());
+  }
+}
+
+// A solver that cuts its steps to these distances would let fibers through each other.
+TEST(LivePairs, SafeDistancesLeaveApartWhatIsApart) {
+  std::size_t moved = 0;
+  for (std::uint64_t seed = 1; seed <= test::sceneCount(60); ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    MovingFibers<double> fibers = bundle(seed, 20 + static_cast<int>(random.below(100)));
+    MovingFibers<double> others = bundle(seed + 1000, 40);
+    if (seed % 3 == 0) {
+      fibers.radii_are = FiberArrays<double>::Radii::kPerFiber;
+      fibers.radii.clear();
+      for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
+        fibers.radii.push_back(random.between(0, 0.03));
+      }
+    }
+    FiberTreeOptions options;
+    if (seed % 4 == 0) options.margin = 0.01;
+    FiberTree tree(options), other(options);
+    tree.build(fibers.view());
+    other.build(others.view());
+    const LivePairsOptions skin{random.between(0.005, 0.2)};
+    LivePairs own(tree, skin);
+    LivePairs<FiberTree> both(tree, other, skin);
+    for (int step = 0; step < 8; ++step) {
+      own.update();
+      both.update();
+      const test::PairList own_before = test::pairsOf(tree);
+      const test::PairList both_before = test::pairsOf(tree, other);
+      const bool skips = step % 2 == 0;
+      std::vector<double> distances, with_other, of_other;
+      own.safeDistances(distances, skips);
+      both.safeDistances(with_other, of_other, skips);
+      for (std::size_t i = 0; i < distances.size(); ++i) {
+        ASSERT_GE(std::min(distances[i], with_other[i]), 0);
+        distances[i] = std::min(distances[i], with_other[i]);
+        moved += distances[i] > 0 ? 1 : 0;
+      }
+      if (!skips) {
+        for (const auto& [a, b] : own_before) {
+          for (const std::int32_t i : {a, a + 1, b, b + 1}) {
+            EXPECT_EQ(distances[static_cast<std::size_t>(i)], 0);
+          }
+        }
+      }
+      moveBy(random, distances, fibers);
+      moveBy(random, of_other, others);
+      tree.update(fibers.view());
+      other.update(others.view());
+      const auto expectNoneNew = [](const test::PairList& now, const test::PairList& before) {
+        test::PairList begun;
+        std::set_difference(now.begin(), now.end(), before.begin(), before.end(),
+                            std::back_inserter(begun));
+        EXPECT_THAT(begun, ::testing::IsEmpty());
+      };
+      expectNoneNew(test::pairsOf(tree), own_before);
+      expectNoneNew(test::pairsOf(tree, other), both_before);
+      if (HasFailure()) return;
+    }
+  }
+  EXPECT_GT(moved, 10000u);
+}
+
+// Solvers would stand still: the distances of two fibers that are alone add up to their gap.
+TEST(LivePairs, SafeDistancesUseTheGap) {
+  MovingFibers<double> fibers;
+  for (const double y : {0.0, 0.25}) {
+    for (const double x : {0.0, 1.0}) fibers.addPoint({x, y, 0.1 * x});
+    fibers.endFiber();
+  }
+  fibers.radii = {0.1};
+  FiberTree tree;
+  tree.build(fibers.view());
+  for (const double skin : {0.02, 0.5}) {
+    LivePairs live(tree, {skin});
+    live.update();
+    std::vector<double> distances;
+    live.safeDistances(distances);
+    const double possible = std::min(0.05, skin);
+    for (const std::size_t i : {0, 1}) {
+      EXPECT_GT(distances[i] + distances[i + 2], 0.9 * possible) << skin;
+      EXPECT_LE(distances[i] + distances[i + 2], possible * (1 + 1e-12)) << skin;
+    }
+  }
+  LivePairs without(tree, {0});
+  without.update();
+  std::vector<double> distances;
+  EXPECT_THROW(without.safeDistances(distances), std::invalid_argument);
+  LivePairs live(tree, {0.1});
+  live.update();
+  tree.update(fibers.view());
+  EXPECT_THROW(live.safeDistances(distances), std::invalid_argument);
 }
 
 }  // namespace
