@@ -129,12 +129,13 @@ class LivePairs {
   }
 
   /// Writes for each point how far it may move, in the unit of the fibers, so that no two segments
-  /// touch then that do not touch now: none do if no point moves further than its own distance. It is
-  /// half of the gap to the nearest segment that it is not to touch, less at most half of the skin.
-  /// Points of a pair that touches get 0, unless such pairs are skipped because a program parts
-  /// them. Points of no segment get infinity. Neighbours and groups that are left out of the pairs do
-  /// not count, and the margin does. The second form writes the distances of the partner's points,
-  /// too, which then may move at the same time; in the first one the partner's points may as well.
+  /// touch then that do not touch now: none do if no point moves further than its own distance. It
+  /// is half of the gap to the nearest segment that it is not to touch, less at most half of the
+  /// skin. Points of a pair that touches get 0, unless such pairs are skipped because a program
+  /// parts them. Points of no segment get infinity. Neighbours and groups that are left out of the
+  /// pairs do not count, and the margin does. The second form writes the distances of the partner's
+  /// points, too, which then may move at the same time; in the first one the partner's points may
+  /// as well.
   ///
   /// Throws std::invalid_argument if the trees have changed since update(), or if there is no list:
   /// if skin() is 0. To have one always, give LivePairsOptions::skin.

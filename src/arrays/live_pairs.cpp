@@ -160,7 +160,8 @@ class LivePairs<Partner>::Impl {
     const std::shared_ptr<FiberIndex> own = tree_.index(), other = partner_.index();
     const bool is_own = own == other;
     if (!(Version::of(*own) == versions_[0] && Version::of(*other) == versions_[1])) {
-      fibers::throwInvalidArgument(kCall, "the fibers have changed; call LivePairs::update() before");
+      fibers::throwInvalidArgument(kCall,
+                                   "the fibers have changed; call LivePairs::update() before");
     }
     if (!list_.isListed()) {
       fibers::throwInvalidArgument(

@@ -62,8 +62,9 @@ class Anchors {
     Leaf leaf;
     geometry::Vec3d displacement;
   };
-  /// Anchors segments anew; of several renewals of one, the median by axis counts. Adds all segments
-  /// of which an end has another anchor now to `changed`. The displacements of blocks remain bounds.
+  /// Anchors segments anew; of several renewals of one, the median by axis counts. Adds all
+  /// segments of which an end has another anchor now to `changed`. The displacements of blocks
+  /// remain bounds.
   void renew(const SegmentsNow& now, std::vector<Renewal> renewals, std::vector<Leaf>& changed);
 
   /// Writes the nodes of the segments of a block, by the last motion.
@@ -109,7 +110,7 @@ class Anchors {
   double reach_ = 0;  ///< bounds the coordinates of anchors
   geometry::AffineMap motion_;
   Displacing displacing_{nullptr, motion_};
-  double error_ = 0;  ///< bounds the error of a displacement, by axis
+  double error_ = 0;                           ///< bounds the error of a displacement, by axis
   parallel::UnwrittenVector<Anchor> anchors_;  ///< of block after block
   std::vector<std::int32_t> begins_;           ///< by block: its first anchor; and the end
   std::vector<Node> nodes_;                    ///< blocks, and then level after level above them

@@ -54,9 +54,8 @@ double sortByRest(std::vector<MovedPoint>& points, const AffineMap& motion) {
   Vec3d usual{0, 0, 0};
   for (double Vec3d::*axis : geometry::kAxes) {
     const auto rest = [&](const MovedPoint& p) { return (p.after - motion(p.before)).*axis; };
-    std::nth_element(
-        points.begin(), half, points.end(),
-        [&](const MovedPoint& p, const MovedPoint& q) { return rest(p) < rest(q); });
+    std::nth_element(points.begin(), half, points.end(),
+                     [&](const MovedPoint& p, const MovedPoint& q) { return rest(p) < rest(q); });
     usual.*axis = rest(*half);
   }
   const auto rest = [&](const MovedPoint& p) {

@@ -24,9 +24,9 @@ struct Sides {
   const SegmentsNow* now[2];
 };
 
-/// Finds out whether a list may have lost pairs. Two segments are covered while they have come nearer
-/// by at most a length, or by less than the gap between their anchors, or if they are listed. This
-/// is asked of pairs of nodes, from the root down to pairs of segments.
+/// Finds out whether a list may have lost pairs. Two segments are covered while they have come
+/// nearer by at most a length, or by less than the gap between their anchors, or if they are
+/// listed. This is asked of pairs of nodes, from the root down to pairs of segments.
 class Coverage {
  public:
   /// By side.
@@ -39,12 +39,11 @@ class Coverage {
   /// @param covered  how much nearer two segments may have come that are not listed
   /// @param margin   within which segments touch
   /// @param most     how many pairs of nodes may be asked about
-  Coverage(const Sides& sides, double covered, double margin, std::int64_t most,
-           IsListed isListed);
+  Coverage(const Sides& sides, double covered, double margin, std::int64_t most, IsListed isListed);
 
-  /// For each pair that is not covered, adds a renewal of the segment that has left its surroundings
-  /// further, with the displacement of the other one. Returns false if it has asked about too many
-  /// pairs.
+  /// For each pair that is not covered, adds a renewal of the segment that has left its
+  /// surroundings further, with the displacement of the other one. Returns false if it has asked
+  /// about too many pairs.
   bool check(Renewals& renewals);
 
   /// Does so for the pairs of segments whose anchors have just changed.

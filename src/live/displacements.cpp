@@ -52,20 +52,20 @@ FCL_FIBERS_ALWAYS_INLINE Displacements bounded(const AnchoredEnds& all,
   Four sum = Four::all(0);
   const auto add = [&](const geometry::CapsuleEnd& from, const Anchor& to, Four& low, Four& high)
                        HWY_ATTR {
-    const float* const a = to.numbers;
-    const Four end = Four::load(from.numbers) * scale + shift;
-    Four anchor = moved;
-    if constexpr (kTurns) {
-      anchor = anchor + Four::all(a[0]) * x + Four::all(a[1]) * y + Four::all(a[2]) * z +
-               Four::all(a[3]) * w;
-    } else {
-      anchor = anchor + Four::promoted(a);
-    }
-    const Four displacement = end.unlessNaN(kRadiusOfBox) - anchor;
-    sum = sum + displacement;
-    low = min(low, displacement);
-    high = max(high, displacement);
-  };
+                         const float* const a = to.numbers;
+                         const Four end = Four::load(from.numbers) * scale + shift;
+                         Four anchor = moved;
+                         if constexpr (kTurns) {
+                           anchor = anchor + Four::all(a[0]) * x + Four::all(a[1]) * y +
+                                    Four::all(a[2]) * z + Four::all(a[3]) * w;
+                         } else {
+                           anchor = anchor + Four::promoted(a);
+                         }
+                         const Four displacement = end.unlessNaN(kRadiusOfBox) - anchor;
+                         sum = sum + displacement;
+                         low = min(low, displacement);
+                         high = max(high, displacement);
+                       };
   using End = geometry::CapsuleEnd;
   forEnds(
       all, [&](const End& e, const Anchor& a) HWY_ATTR { add(e, a, first_low, first_high); },
@@ -133,7 +133,7 @@ Displacing::Displacing(const geometry::FrameChange* to_anchors, const geometry::
   const geometry::Vec3d to = to_anchors != nullptr ? to_anchors->shift() : geometry::Vec3d{0, 0, 0};
   const double length = to_anchors != nullptr ? to_anchors->scale() : 1;
   for (double& number : scale) number = length;
-  const auto set = [](double (&out)[4], const geometry::Vec3d& v, double last) {
+  const auto set = [](double(&out)[4], const geometry::Vec3d& v, double last) {
     out[0] = v.x;
     out[1] = v.y;
     out[2] = v.z;

@@ -21,8 +21,8 @@ struct alignas(16) Anchor {
   float numbers[4];
 };
 
-/// A few segments, their ends and the anchors of these. Each segment has an anchor for its first end
-/// and one for its second, unless the next one shares it.
+/// A few segments, their ends and the anchors of these. Each segment has an anchor for its first
+/// end and one for its second, unless the next one shares it.
 struct AnchoredEnds {
   const tree::SegmentId* ids;
   int count;

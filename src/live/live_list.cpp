@@ -106,7 +106,8 @@ class Marks {
   Marks(const SegmentsNow& side, const std::vector<Leaf>& leaves)
       : begin_(side.segments->begin()),
         marks_(static_cast<std::size_t>(side.segments->end() - begin_)) {
-    for (const Leaf leaf : leaves) marks_[placeOf((*side.order)[static_cast<std::size_t>(leaf)])] = true;
+    for (const Leaf leaf : leaves)
+      marks_[placeOf((*side.order)[static_cast<std::size_t>(leaf)])] = true;
   }
   bool has(SegmentId id) const { return marks_[placeOf(id)]; }
 
@@ -121,8 +122,8 @@ class Marks {
 
 void LiveList::update(Pairing& pairing, double scale, Last last) {
   // Until the end the list is none that may serve.
-  const State before = last == Last::kSame ? std::exchange(state_, State::kNone)
-                                           : (state_ = State::kNone);
+  const State before =
+      last == Last::kSame ? std::exchange(state_, State::kNone) : (state_ = State::kNone);
   Entries listed;
   std::vector<Entry> gone;
   const double unit = skin_.isChosen() && before != State::kNone ? pairing.usualReach() : 1;
@@ -165,7 +166,8 @@ void LiveList::measure(const Pairing& pairing) {
 
 Sides LiveList::sidesOf(const Pairing& pairing) const {
   const int count = pairing.sideCount();
-  return {count, {&anchors_[0], &anchors_[count - 1]}, {&pairing.side(0), &pairing.side(count - 1)}};
+  return {
+      count, {&anchors_[0], &anchors_[count - 1]}, {&pairing.side(0), &pairing.side(count - 1)}};
 }
 
 /// Whether a pair is listed, by its anchors, or does not count.
@@ -413,16 +415,16 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
   }
 
   constexpr std::size_t kTask = 8192;
-  parallel::forRanges(
-      pairing.executor(), entries_.size(), kTask, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const Entry& entry = entries_[i];
-          if (entry.slot >= 0 && skips_touching) continue;
-          const double gap = entry.slot >= 0 ? 0 : pairing.gapOf(entry.pair);
-          lower(0, entry.pair.a, gap);
-          lower(second, entry.pair.b, gap);
-        }
-      });
+  parallel::forRanges(pairing.executor(), entries_.size(), kTask,
+                      [&](std::size_t begin, std::size_t end) {
+                        for (std::size_t i = begin; i < end; ++i) {
+                          const Entry& entry = entries_[i];
+                          if (entry.slot >= 0 && skips_touching) continue;
+                          const double gap = entry.slot >= 0 ? 0 : pairing.gapOf(entry.pair);
+                          lower(0, entry.pair.a, gap);
+                          lower(second, entry.pair.b, gap);
+                        }
+                      });
 }
 
 std::size_t LiveList::memoryUsage() const {

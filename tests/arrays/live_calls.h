@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/live_pairs.h>
@@ -60,8 +60,8 @@ class MovingFibers {
       for (int k = 0; k < 3; ++k) numbers_.push_back(static_cast<S>(p[k]));
     }
     given_radii_.assign(radii.begin(), radii.end());
-    FiberArrays<S> fibers{numbers_.data(), points.size(), begin.data(), fiberCount(),
-                          given_radii_.data(), radii_are};
+    FiberArrays<S> fibers{numbers_.data(), points.size(),       begin.data(),
+                          fiberCount(),    given_radii_.data(), radii_are};
     if (!groups.empty()) fibers.groups = groups.data();
     if (!closed.empty()) fibers.closed = closed.data();
     return fibers;
@@ -228,7 +228,8 @@ class LiveCalls {
     }
     both_->update();
     checkBoth(is_built);
-    if (random.below(4) == 0) own_->update(), checkOwn(own_missed_build_), own_missed_build_ = false;
+    if (random.below(4) == 0)
+      own_->update(), checkOwn(own_missed_build_), own_missed_build_ = false;
   }
 
  private:
@@ -253,8 +254,8 @@ class LiveCalls {
       fibers.endFiber();
     }
     using Radii = typename FiberArrays<S>::Radii;
-    fibers.radii_are = std::vector<Radii>{Radii::kOne, Radii::kPerFiber,
-                                          Radii::kPerFirstPoint}[random.below(3)];
+    fibers.radii_are =
+        std::vector<Radii>{Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint}[random.below(3)];
     const std::size_t radii = fibers.radii_are == Radii::kOne        ? 1
                               : fibers.radii_are == Radii::kPerFiber ? count
                                                                      : fibers.points.size();
