@@ -73,6 +73,18 @@ struct FiberManagerOptions : FiberOptions {
   /// one `collide` reports the pairs that touch at any time of it, not only at its end; see
   /// "Motion" in FiberCollisionManager. This needs Report::kCapsules and layered boxes.
   bool motion = false;
+
+  /// How far beyond what touches update() lists pairs, in the scene's unit of length: finite, or
+  /// negative if it is chosen, as in LivePairsOptions; at 0, the default, there is no list. This is
+  /// for a solver, in whose steps objects move little. With a list, update() without arguments
+  /// tests only the pairs that were near, and searches only where others may have come near. Then
+  /// a `collide` of the manager with itself searches only among what the list does not have: what
+  /// is no capsule, sphere or box. After any other change `collide` searches as without a list, up
+  /// to the next update(). What is reported is the same, in another order.
+  ///
+  /// If objects were registered or unregistered, the next update() builds the tree, which takes as
+  /// long as several updates. This needs Report::kCapsules, layered boxes, and no motion.
+  double skin = 0;
 };
 
 }  // namespace fcl_fibers

@@ -4,6 +4,7 @@
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -38,6 +39,25 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     if (options.motion && options.report != Report::kCapsules) {
       fibers::throwInvalidArgument(
           kName, "motion is set, but report is Report::kVolumes; set Report::kCapsules");
+    }
+    if (!std::isfinite(options.skin)) {
+      fibers::throwInvalidArgument(kName,
+                                   "skin is NaN or infinite; set a finite length, 0 for no list, "
+                                   "or a negative number to have it chosen");
+    }
+    if (options.skin == 0) return options;
+    if (hierarchy != Hierarchy::kLayeredBoxes) {
+      fibers::throwInvalidArgument(kName,
+                                   "skin is set, but wrapped spheres have no list; use a "
+                                   "LayeredAABBTreeCollisionManager");
+    }
+    if (options.report != Report::kCapsules) {
+      fibers::throwInvalidArgument(
+          kName, "skin is set, but report is Report::kVolumes; set Report::kCapsules");
+    }
+    if (options.motion) {
+      fibers::throwInvalidArgument(
+          kName, "skin and motion are set, but a list has no steps; set one of the two");
     }
     return options;
   }

@@ -9,6 +9,7 @@
 #include "geometry/moving_segment.h"
 #include "index/posed_mesh.h"
 #include "index/segment_index.h"
+#include "live/live_list.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -24,8 +25,9 @@ class Generations {
   using MovingSegment = geometry::MovingSegment;
 
   /// @param moves  whether searches for pairs look at the step
-  Generations(const index::IndexOptions& options, bool moves)
-      : main_(options), young_(singleThreaded(options)), moves_(moves) {}
+  /// @param lives  whether use() will be called, so that a search may have to fit the volumes
+  Generations(const index::IndexOptions& options, bool moves, bool lives = false)
+      : main_(options), young_(singleThreaded(options)), moves_(moves), lives_(lives) {}
 
   const index::IndexOptions& options() const { return main_.options(); }
   const geometry::Frame& frame() const { return main_.frame(); }
@@ -58,11 +60,13 @@ class Generations {
 
   /// Copies the segments, which rest.
   void copy(const Generations& other) {
+    live_ = nullptr;
     main_.copy(other.main_);
     young_.copy(other.young_);
     end_ = other.end_;
   }
   void clear() {
+    live_ = nullptr;
     main_.clear();
     young_.clear();
     end_ = 0;
@@ -100,6 +104,7 @@ class Generations {
   /// Builds all into the main index.
   void build(const index::SegmentSource& source, const geometry::Frame& frame, SegmentId end,
              const tree::Fibers& fibers) {
+    live_ = nullptr;
     keepStarts();
     main_.build(source, frame, 0, end, fibers);
     end_ = end;
@@ -121,7 +126,8 @@ class Generations {
   ///@{
   template <class... Frame>
   bool refit(const index::SegmentSource& source, const Frame&... given) {
-    const bool is_good = main_.refit(source, given...);
+    live_ = nullptr;
+    const bool is_good = (lives_ && main_.reread(source)) || main_.refit(source, given...);
     return is_good && (!hasYoung() || young_.tryRefit(source, frame()));
   }
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved) {
@@ -135,6 +141,7 @@ class Generations {
         part_moved.push_back(moved[i]);
       }
       if (part_ids.empty()) continue;
+      if (part == &main_) live_ = nullptr;
       is_good &= part->refitSome(part_ids, part_moved) || part == &young_;
     }
     return is_good;
@@ -143,6 +150,15 @@ class Generations {
     return main_.isFitted(source) && (!hasYoung() || young_.isFitted(source));
   }
   ///@}
+
+  /// The main index.
+  ///@{
+  index::SegmentIndex& main() { return main_; }
+  const index::SegmentIndex& main() const { return main_; }
+  ///@}
+  /// Lets searches take the pairs within the main index from a list, until a segment of it changes.
+  /// @param live  the pairs that touch as the segments are now; borrowed
+  void use(const live::LiveList& live) { live_ = &live; }
 
   /// Who gets the pairs of a search: one of the two. A NearestSink gets those at the end of the
   /// step.
@@ -156,7 +172,9 @@ class Generations {
   // See SegmentIndex::search(). Pairs of one group across the two indexes are not excluded.
 
   tree::Visit search(const Sink& sink) const {
-    if (ask(main_, sink) == tree::Visit::kStop) return tree::Visit::kStop;
+    const bool is_known = live_ != nullptr && sink.pairs != nullptr;
+    const tree::Visit visit = is_known ? live_->handOn(*sink.pairs) : ask(main_, sink);
+    if (visit == tree::Visit::kStop) return visit;
     if (!hasYoung()) return tree::Visit::kContinue;
     return ask(main_, sink, young_, kKept) == tree::Visit::kStop ? tree::Visit::kStop
                                                                  : ask(young_, sink);
@@ -224,8 +242,9 @@ class Generations {
 
   static constexpr const index::SegmentSource* kKept = nullptr;  ///< of what has its segments
   index::SegmentIndex main_, young_;
-  const bool moves_;
-  SegmentId end_ = 0;  ///< youngBegin() unless the young index is complete
+  const bool moves_, lives_;
+  const live::LiveList* live_ = nullptr;  ///< null if the pairs within the main index are unknown
+  SegmentId end_ = 0;                     ///< youngBegin() unless the young index is complete
 };
 
 }  // namespace fcl_fibers::broadphase

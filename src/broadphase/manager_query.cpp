@@ -8,10 +8,12 @@
 #include <unordered_set>
 #include <utility>
 
+#include "broadphase/pair_rules.h"
 #include "broadphase/scene.h"
 #include "geometry/impact.h"
 #include "geometry/touch.h"
 #include "index/pair_query.h"
+#include "simd/always_inline.h"
 
 namespace fcl_fibers::broadphase {
 namespace {

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "broadphase/new_objects.h"
+#include "broadphase/pair_rules.h"
 #include "joined_text.h"
 
 namespace fcl_fibers::broadphase {
@@ -39,8 +41,11 @@ template <typename S>
 ManagerState<S>::ManagerState(bool wrapped_spheres, const FiberManagerOptions& options)
     : options_(options),
       registry_(fibers::neighborRule(options)),
-      generations_(fibers::indexOptions(options, wrapped_spheres), options.motion),
-      obstacles_(options) {}
+      generations_(fibers::indexOptions(options, wrapped_spheres), options.motion,
+                   /*lives=*/options.skin != 0),
+      obstacles_(options) {
+  if (options.skin != 0) live_.emplace(options.skin);
+}
 
 template <typename S>
 ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
@@ -145,7 +150,8 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
   const SegmentId id = managedId(call, object, "object");
   Objects before;
   // Calls that may throw come first.
-  if (options_.motion && registry_.nextRemovalRenumbers()) {
+  keepLastIds();
+  if ((options_.motion || live_) && registry_.nextRemovalRenumbers()) {
     before = registry_.objects();
     markStale();
     generations_.keepStarts();
@@ -155,8 +161,15 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
   obstacles_.remove(id);
   if (!keeps_ids) {
     obstacles_.renumber(registry_);
-    generations_.renumberStarts(
-        [&](SegmentId old) { return registry_.find(before[static_cast<std::size_t>(old)]); });
+    const auto newId = [&](SegmentId old) {
+      return registry_.find(before[static_cast<std::size_t>(old)]);
+    };
+    generations_.renumberStarts(newId);
+    if (last_ids_) {
+      for (SegmentId& id : last_ids_->now) {
+        if (id != Registry::kNotFound) id = newId(id);
+      }
+    }
   }
   ++(generations_.isYoung(id) ? removed_young_ : removed_);
   if (!keeps_ids || removed_ > registry_.size() / 8) markStale();
@@ -166,6 +179,8 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
 template <typename S>
 void ManagerState<S>::clear(const char* call) {
   refuseDuringQuery(call);
+  keepLastIds();
+  if (last_ids_) last_ids_->now.assign(last_ids_->now.size(), Registry::kNotFound);
   registry_.clear();
   generations_.clear();
   obstacles_.clear();
@@ -190,11 +205,23 @@ void ManagerState<S>::setStep(const char* call, bool begins) {
 // --- Reading the objects ---
 
 template <typename S>
-void ManagerState<S>::update(const char* call) {
+void ManagerState<S>::readAll(const char* call, bool keeps_tree) {
   refuseDuringQuery(call);
-  const State before = hasTree() ? State::kUnread : State::kStale;
+  const State before = keeps_tree ? State::kUnread : State::kStale;
   state_ = State::kFailed;
   catchUp(call, before);
+}
+
+template <typename S>
+void ManagerState<S>::update(const char* call) {
+  // The list has what is in the main index, and nothing that is gone may stay there.
+  const bool has_all = !live_ || (registry_.idCount() == generations_.youngBegin() &&
+                                  removed_ + removed_young_ == 0);
+  readAll(call, hasTree() && has_all);
+  if (!live_) return;
+  state_ = State::kFailed;
+  renewList();
+  state_ = State::kReady;
 }
 
 template <typename S>
@@ -216,7 +243,7 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   if (ids.empty()) return;
   // One sweep over all nodes costs less than the way up from each of many segments.
   const bool are_many = 4 * ids.size() > registry_.size();
-  if (!hasTree() || state_ == State::kUnread || are_many) return update(call);
+  if (!hasTree() || state_ == State::kUnread || are_many) return readAll(call, hasTree());
   const State before = state_;
   state_ = State::kFailed;
   std::vector<SegmentId> in_tree;
@@ -242,6 +269,83 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   }
   named(call, name, [&] { obstacles_.readSome(ids, frame()); });
   catchUp(call, generations_.refitSome(in_tree, segments) ? before : State::kStale);
+}
+
+// --- The list ---
+
+/// The pairs within the main index.
+template <typename S>
+class ManagerState<S>::OwnPairing final : public live::Pairing {
+ public:
+  /// @pre all objects of the state that are in a tree are in the main index
+  explicit OwnPairing(ManagerState& state)
+      : state_(state),
+        index_(state.generations_.main()),
+        rules_(state.registry_, &state.registry_),
+        side_{&index_.leaves(), &index_.segments(), index_.reach()} {}
+
+  int sideCount() const override { return 1; }
+  const live::SegmentsNow& side(int /*i*/) const override { return side_; }
+  double margin() const override { return index_.margin(); }
+  double usualReach() const override { return index_.usualReach(); }
+  parallel::Executor* executor() const override { return index_.executor(); }
+
+  tree::Visit search(double beyond, index::PairSink& sink) override {
+    index::Question question;
+    question.beyond = beyond / index_.frame().scale;
+    if (beyond > 0) index_.fitBeyond(question.beyond);
+    return index_.search(sink, question);
+  }
+  std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const override {
+    return index_.keepTouching(pairs, count);
+  }
+  std::size_t sift(tree::Pair* pairs, std::size_t count) const override {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto [a, b] = std::minmax(pairs[i].a, pairs[i].b);
+      const tree::Pair pair{a, b};
+      if (rules_.report(a, b, state_.registry_[b])) pairs[kept++] = pair;
+    }
+    return kept;
+  }
+  SegmentId nameNow(SegmentId last) const override { return state_.idNow(last); }
+
+ private:
+  const ManagerState& state_;
+  index::SegmentIndex& index_;
+  const PairRules<S> rules_;
+  const live::SegmentsNow side_;
+};
+
+template <typename S>
+void ManagerState<S>::renewList() {
+  const index::SegmentIndex& main = generations_.main();
+  const bool has_same_leaves = main.buildCount() == listed_build_ && main.frame() == listed_frame_;
+  OwnPairing pairing(*this);
+  live_->update(pairing, frame().scale,
+                has_same_leaves ? live::LiveList::Last::kSame : live::LiveList::Last::kOtherLeaves);
+  listed_build_ = main.buildCount();
+  listed_frame_ = main.frame();
+  last_ids_.reset();
+  generations_.use(*live_);
+}
+
+/// An object is about to go, and ids may change with it.
+template <typename S>
+void ManagerState<S>::keepLastIds() {
+  if (!live_ || last_ids_) return;
+  LastIds ids{registry_.objects(), {}};
+  ids.now.resize(ids.objects.size());
+  std::iota(ids.now.begin(), ids.now.end(), 0);
+  last_ids_ = std::move(ids);
+}
+
+/// The id of an object of the last update() of the list. If it is gone, a negative one of its own.
+template <typename S>
+SegmentId ManagerState<S>::idNow(SegmentId last) const {
+  if (!last_ids_) return last;
+  const SegmentId id = last_ids_->now[static_cast<std::size_t>(last)];
+  return id != Registry::kNotFound && registry_[id] != nullptr ? id : ~last;
 }
 
 /// Several threads may query first; one of them builds.
@@ -329,7 +433,8 @@ template <typename S>
 std::size_t ManagerState<S>::memoryUsage() const {
   const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
   return sizeof(*this) + registry_.memoryUsage() + generations_.memoryUsage() +
-         obstacles_.memoryUsage();
+         obstacles_.memoryUsage() + (live_ ? live_->memoryUsage() : 0) +
+         (last_ids_ ? last_ids_->objects.size() * (sizeof(Object*) + sizeof(SegmentId)) : 0);
 }
 
 template SegmentId rootsOf(const char*, const std::vector<fcl::CollisionObject<float>*>&,

@@ -16,6 +16,7 @@
 #include "broadphase/object_source.h"
 #include "broadphase/obstacles.h"
 #include "fibers/options.h"
+#include "live/live_list.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -49,6 +50,7 @@ class ManagerState {
   void remove(const char* call, const Object* object);
   void clear(const char* call);
 
+  /// Reads all objects, and renews the list if there is one.
   void update(const char* call);
   void update(const char* call, const Objects& moved);
   void setup(const char* call) {
@@ -107,6 +109,9 @@ class ManagerState {
   /// first query.
   std::shared_ptr<const Mesh> knownMesh(const Object& object) const;
 
+  /// The pairs within the tree that touch; null if the manager has no list.
+  const live::LiveList* live() const { return live_ ? &*live_ : nullptr; }
+
   bool movedSinceUpdate() const;
   std::size_t memoryUsage() const;
 
@@ -118,6 +123,18 @@ class ManagerState {
     kReady,   ///< the indexes may be searched
     kFailed,  ///< the last update failed; the indexes may be inconsistent
   };
+
+  /// The objects by the ids that they had at the last update() of the list, and their ids now.
+  struct LastIds {
+    Objects objects;
+    std::vector<SegmentId> now;
+  };
+  class OwnPairing;
+
+  void readAll(const char* call, bool keeps_tree);
+  void renewList();
+  void keepLastIds();
+  SegmentId idNow(SegmentId last) const;
 
   void refuseDuringQuery(const char* call) const {
     if (running_queries_ > 0) fibers::throwQueryRuns(call);
@@ -146,6 +163,12 @@ class ManagerState {
   mutable std::atomic<int> running_queries_{0};
   mutable Generations generations_;
   mutable Obstacles<S> obstacles_;
+
+  std::optional<live::LiveList> live_;
+  std::optional<LastIds>
+      last_ids_;                  ///< if an object has gone since that update; else all are there
+  std::size_t listed_build_ = 0;  ///< SegmentIndex::buildCount() and frame() of that update
+  geometry::Frame listed_frame_;
 };
 
 extern template class ManagerState<float>;

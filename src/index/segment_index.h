@@ -98,7 +98,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// Reads all segments again and leaves the volumes to the first search that needs them. Returns
   /// false if refit() has to be called, because the segments do not suit the frame any more or the
   /// tree has to be built again. Then it may have read some of them.
-  /// @pre keepsSegments(), and the source is not faster in the order of ids
+  /// @pre keepsSegments()
   bool reread(const SegmentSource& source);
 
   /// Fits the volumes for a search for what is further apart than the margin allows, by this length
@@ -114,6 +114,9 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// @param other  the index of the second segments; null for this one
   template <class F>
   void withTouchTest(const SegmentIndex* other, F&& visit) const;
+  /// Moves the pairs within this index that pass that test to the front in their order, and returns
+  /// their number.
+  std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const;
 
   /// Returns a frame for the segments as they are now, or the present one if they do not stay
   /// finite in the new one.

@@ -99,6 +99,12 @@ Visit SegmentIndex::withFilter(const Question& question, bool moves, const Movin
   return visit(&filter);
 }
 
+std::size_t SegmentIndex::keepTouching(tree::Pair* pairs, std::size_t count) const {
+  std::vector<geometry::Impact> none;
+  withTouchTest(nullptr, [&](const auto& filter) { count = filter.keep(pairs, count, none); });
+  return count;
+}
+
 Visit SegmentIndex::search(PairSink& sink, const Question& question) const {
   const bool moves = question.of_step && this->moves();
   return withFilter(

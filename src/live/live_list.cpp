@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "geometry/touch.h"
+#include "index/pair_search.h"
 #include "live/coverage.h"
 
 namespace fcl_fibers::live {
@@ -119,6 +120,8 @@ class Marks {
 };
 
 }  // namespace
+
+LiveList::LiveList(double skin) : fixed_(skin), skin_(/*is_chosen=*/skin < 0) {}
 
 void LiveList::update(Pairing& pairing, double scale, Last last) {
   // Until the end the list is none that may serve.
@@ -281,6 +284,9 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
   if (last == Last::kOtherNames) {
     gone = std::move(touched);
   } else {
+    for (Entry& entry : touched) {
+      entry.pair = {pairing.nameNow(entry.pair.a), pairing.nameNow(entry.pair.b)};
+    }
     SlotsOfPairs slots(touched);
     for (Entry& entry : listed) entry.slot = slots.take(entry.pair);
     slots.addRest(gone);
@@ -425,6 +431,15 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
                           lower(second, entry.pair.b, gap);
                         }
                       });
+}
+
+tree::Visit LiveList::handOn(index::PairSink& sink) const {
+  index::SerialBuffer buffer(/*filter=*/nullptr, sink);
+  for (const Entry& entry : entries_) {
+    if (entry.slot < 0) continue;
+    if (buffer.push(entry.pair.a, entry.pair.b) == tree::Visit::kStop) return tree::Visit::kStop;
+  }
+  return buffer.full();
 }
 
 std::size_t LiveList::memoryUsage() const {

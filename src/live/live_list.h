@@ -41,6 +41,9 @@ class Pairing {
   /// and returns their number. It is called on several threads.
   virtual std::size_t sift(tree::Pair* pairs, std::size_t count) const = 0;
 
+  /// The name now of a segment of the last update. If it is gone, a negative name of its own.
+  virtual tree::SegmentId nameNow(tree::SegmentId last) const { return last; }
+
   /// The usual distance of the axes of two segments that touch, as a unit for lengths; not 0.
   virtual double usualReach() const = 0;
 
@@ -75,12 +78,12 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   };
 
   /// @param skin  in the world's unit; negative if it is chosen
-  explicit LiveList(double skin) : fixed_(skin), skin_(/*is_chosen=*/skin < 0) {}
+  explicit LiveList(double skin);
 
   /// What the segments of the last update are to those of the next.
   enum class Last {
     kSame,         ///< the same, in the same frame and order of leaves
-    kOtherLeaves,  ///< the same, in another frame or order
+    kOtherLeaves,  ///< the same, in another frame or order, or with other names; some may be gone
     kOtherNames,   ///< others, so all pairs end
   };
 
@@ -91,6 +94,8 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   /// The pairs that touch are those whose slot is not negative.
   const parallel::UnwrittenVector<Entry>& entries() const { return entries_; }
   std::size_t touchingCount() const { return touching_count_; }
+  /// Hands on the pairs that touch, as a search would.
+  tree::Visit handOn(index::PairSink& sink) const;
   /// All slots are below.
   std::int32_t slotCount() const { return slot_count_; }
   /// Bounds how far each end may move so that no pair touches then that does not touch now, in the

@@ -620,10 +620,13 @@ TYPED_TEST(Stateful, AManagerIsItsModel) {
     options.threads = *rc::gen::inRange(1, 3);
     // Nobody here widens a box.
     options.bounds = *rc::gen::element(Bounds::kShapesAndMargins, Bounds::kShapes);
+    if (!spheres && options.report == Report::kCapsules) {
+      options.skin = *rc::gen::element(0.0, -1.0, 0.1, 3.0);
+    }
     const double offset = *rc::gen::element(0.0, 10.0, 1e4);
     RC_LOG() << (spheres ? "spheres, " : "boxes, ") << topologyName(options.topology) << ", "
              << describe(options) << ", arc length " << options.ignored_arc_length << ", threads "
-             << options.threads << ", offset " << offset;
+             << options.threads << ", skin " << options.skin << ", offset " << offset;
     Sut<S> sut(spheres, options, offset);
     Model model;
     for (std::size_t f = 0; f < kFibers; ++f) {
