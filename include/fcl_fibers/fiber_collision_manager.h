@@ -29,6 +29,14 @@ struct TimedContact : Contact {
   std::int32_t triangle = -1;
 };
 
+/// Two objects that touch, and the slot that their pair has as long as they do; see
+/// FiberCollisionManager::findLivePairs(). `a` was registered first.
+template <typename S>
+struct LiveObjectPair {
+  fcl::CollisionObject<S>*a, *b;
+  std::int32_t slot;
+};
+
 /// Finds the pairs of objects that touch, or whose volumes overlap (see Report), among thousands of
 /// fibers. It has FCL's broad-phase interface. This is the base of both fiber managers; start with
 /// LayeredAABBTreeCollisionManager.
@@ -207,6 +215,36 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override;
   void distance(fcl::BroadPhaseCollisionManager<S>* other, void* cdata,
                 fcl::DistanceCallBack<S> callback) const override;
+  ///@}
+
+  /// The pairs that live: those within the manager that touch within the margin at each of
+  /// consecutive updates, whether a query asks about them or not. Only an update() without
+  /// arguments brings them to where the objects are, and the functions below tell what it has
+  /// found, also after other calls. A pair has a slot, a small number for arrays of a program's
+  /// own, such as friction or impulses. The slot is that of another pair only after endedPairs()
+  /// has had the pair for one update.
+  ///
+  /// They are pairs of capsules, spheres, and the boxes that other objects count by, see Bounds,
+  /// but not of what is no box: meshes whose triangles count, planes, half-spaces and other
+  /// unbounded shapes. Of two boxes, or a box and a capsule, the shapes within may still be apart.
+  ///
+  /// Unregistering an object, or clear(), ends its pairs at the next update(). If the object is
+  /// registered again, its pairs begin anew. Nothing begins or ends at an update() that fails. A
+  /// clone begins without pairs.
+  ///
+  /// All throw std::invalid_argument if FiberManagerOptions::skin is 0.
+  ///@{
+
+  /// Replaces the content of `pairs` by all that live, in an order that depends on the objects and
+  /// the earlier calls.
+  void findLivePairs(std::vector<LiveObjectPair<S>>& pairs) const;
+  /// Returns those that began to live at the last update().
+  std::vector<LiveObjectPair<S>> begunPairs() const;
+  /// Returns those that ended at the last update(). An object of them may be gone: if it was
+  /// unregistered before, its address is no more than a name.
+  std::vector<LiveObjectPair<S>> endedPairs() const;
+  /// All slots are from 0 to liveSlotCount() - 1. It never falls.
+  std::int32_t liveSlotCount() const;
   ///@}
 
   bool empty() const override;        ///< whether no object is registered

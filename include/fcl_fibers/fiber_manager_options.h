@@ -82,7 +82,8 @@ struct FiberManagerOptions : FiberOptions {
   /// is no capsule, sphere or box. After any other change `collide` searches as without a list, up
   /// to the next update(). What is reported is the same, in another order.
   ///
-  /// If objects were registered or unregistered, the next update() builds the tree, which takes as
+  /// FiberCollisionManager::begunPairs() and endedPairs() tell which pairs of the list began and
+  /// ended to touch. If objects were registered or unregistered, the next update() builds the tree, which takes as
   /// long as several updates. This needs Report::kCapsules, layered boxes, and no motion.
   double skin = 0;
 };

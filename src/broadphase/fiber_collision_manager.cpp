@@ -257,6 +257,33 @@ void FiberCollisionManager<S>::distance(fcl::BroadPhaseCollisionManager<S>* othe
 }
 
 template <typename S>
+void FiberCollisionManager<S>::findLivePairs(std::vector<LiveObjectPair<S>>& pairs) const {
+  const auto impl = this->impl();
+  impl->name(impl->live("findLivePairs").entries(), pairs);
+}
+
+template <typename S>
+std::vector<LiveObjectPair<S>> FiberCollisionManager<S>::begunPairs() const {
+  const auto impl = this->impl();
+  std::vector<LiveObjectPair<S>> pairs;
+  impl->name(impl->live("begunPairs").begun(), pairs);
+  return pairs;
+}
+
+template <typename S>
+std::vector<LiveObjectPair<S>> FiberCollisionManager<S>::endedPairs() const {
+  const auto impl = this->impl();
+  std::vector<LiveObjectPair<S>> pairs;
+  impl->name(impl->live("endedPairs").ended(), pairs);
+  return pairs;
+}
+
+template <typename S>
+std::int32_t FiberCollisionManager<S>::liveSlotCount() const {
+  return impl()->live("liveSlotCount").slotCount();
+}
+
+template <typename S>
 bool FiberCollisionManager<S>::empty() const {
   return size() == 0;
 }

@@ -326,6 +326,7 @@ void ManagerState<S>::renewList() {
                 has_same_leaves ? live::LiveList::Last::kSame : live::LiveList::Last::kOtherLeaves);
   listed_build_ = main.buildCount();
   listed_frame_ = main.frame();
+  ended_ = last_ids_ ? std::move(last_ids_->objects) : Objects();
   last_ids_.reset();
   generations_.use(*live_);
 }
@@ -346,6 +347,15 @@ SegmentId ManagerState<S>::idNow(SegmentId last) const {
   if (!last_ids_) return last;
   const SegmentId id = last_ids_->now[static_cast<std::size_t>(last)];
   return id != Registry::kNotFound && registry_[id] != nullptr ? id : ~last;
+}
+
+template <typename S>
+const live::LiveList& ManagerState<S>::live(const char* call) const {
+  if (!live_) {
+    throwInvalidArgument(call,
+                         "the manager has no list; construct it with FiberManagerOptions::skin");
+  }
+  return *live_;
 }
 
 /// Several threads may query first; one of them builds.
@@ -434,6 +444,7 @@ std::size_t ManagerState<S>::memoryUsage() const {
   const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
   return sizeof(*this) + registry_.memoryUsage() + generations_.memoryUsage() +
          obstacles_.memoryUsage() + (live_ ? live_->memoryUsage() : 0) +
+         ended_.capacity() * sizeof(Object*) +
          (last_ids_ ? last_ids_->objects.size() * (sizeof(Object*) + sizeof(SegmentId)) : 0);
 }
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include <fcl_fibers/fiber_manager_options.h>
+#include <fcl_fibers/fiber_collision_manager.h>
 
 #include "broadphase/generations.h"
 #include "broadphase/object_registry.h"
@@ -109,8 +109,21 @@ class ManagerState {
   /// first query.
   std::shared_ptr<const Mesh> knownMesh(const Object& object) const;
 
-  /// The pairs within the tree that touch; null if the manager has no list.
-  const live::LiveList* live() const { return live_ ? &*live_ : nullptr; }
+  /// @name The list
+  /// It is as of the last update() of all objects.
+  ///@{
+  /// Throws if the manager has none.
+  const live::LiveList& live(const char* call) const;
+  /// Replaces the content of `pairs` by the entries that have a slot, with objects in place of ids.
+  template <class Entries>
+  void name(const Entries& entries, std::vector<LiveObjectPair<S>>& pairs) const {
+    pairs.clear();
+    for (const live::LiveList::Entry& entry : entries) {
+      if (entry.slot < 0) continue;
+      pairs.push_back({listedObject(entry.pair.a), listedObject(entry.pair.b), entry.slot});
+    }
+  }
+  ///@}
 
   bool movedSinceUpdate() const;
   std::size_t memoryUsage() const;
@@ -135,6 +148,10 @@ class ManagerState {
   void renewList();
   void keepLastIds();
   SegmentId idNow(SegmentId last) const;
+  Object* listedObject(SegmentId id) const {
+    if (id < 0) return ended_[static_cast<std::size_t>(~id)];
+    return last_ids_ ? last_ids_->objects[static_cast<std::size_t>(id)] : registry_[id];
+  }
 
   void refuseDuringQuery(const char* call) const {
     if (running_queries_ > 0) fibers::throwQueryRuns(call);
@@ -165,10 +182,13 @@ class ManagerState {
   mutable Obstacles<S> obstacles_;
 
   std::optional<live::LiveList> live_;
-  std::optional<LastIds>
-      last_ids_;                  ///< if an object has gone since that update; else all are there
-  std::size_t listed_build_ = 0;  ///< SegmentIndex::buildCount() and frame() of that update
+  std::optional<LastIds> last_ids_;  ///< if an object has gone since the last update() of the list
+  Objects ended_;                    ///< those of the update() before it, if one had gone
+  /// SegmentIndex::buildCount() and frame() of that update().
+  ///@{
+  std::size_t listed_build_ = 0;
   geometry::Frame listed_frame_;
+  ///@}
 };
 
 extern template class ManagerState<float>;
