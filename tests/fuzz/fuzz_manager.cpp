@@ -76,7 +76,12 @@ class Program {
     options.bounds = static_cast<fcl_fibers::Bounds>(options.ignored_neighbors);
     options.motion = (readByte(data) & 1) != 0;
     if (data.ConsumeBool()) {
-      if (options.report == fcl_fibers::Report::kVolumes) options.motion = false;
+      if (options.report == fcl_fibers::Report::kVolumes) {
+        options.motion = false;
+      } else if (!options.motion) {
+        options.skin = static_cast<double>(
+            std::array{0, -1, 1}.at(static_cast<std::size_t>(options.ignored_neighbors)));
+      }
       boxes_ = std::make_unique<Boxes>(options);
     } else {
       options.motion = false;

@@ -281,7 +281,13 @@ ManagerScene::ManagerScene(Random random, int threads) : random_(std::move(rando
     if (options.motion || chance(0.5)) options.report = Report::kCapsules;
     if (chance(0.3)) options.topology = Topology::kSuperThread;
     options.ignored_neighbors = static_cast<int>(random_.below(3));
-    managers_.emplace_back(options, !options.motion && chance(0.4));
+    const bool spheres = !options.motion && chance(0.4);
+    if (options.report == Report::kCapsules && !options.motion && !spheres) {
+      // Of no number of its own, so that the other scenes stay what they are.
+      const double skins[] = {0, -1, 0.1 * size_};
+      options.skin = skins[options.ignored_neighbors];
+    }
+    managers_.emplace_back(options, spheres);
   }
 
   const std::size_t count = 4 + random_.below(chance(0.1) ? 50 : 20);

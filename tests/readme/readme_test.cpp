@@ -40,6 +40,7 @@
 #include "options_3_includes.inc"
 #include "options_4_includes.inc"
 #include "options_5_includes.inc"
+#include "options_6_includes.inc"
 // clang-format on
 
 namespace {
@@ -95,7 +96,7 @@ TEST(Options, TreeOverArrays) {
   const float radius = 0.1F;
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   const auto touched = [&](std::int32_t a, std::int32_t b) { pairs.push_back({a, b}); };
-#include "options_5_code.inc"
+#include "options_6_code.inc"
   EXPECT_THAT(pairs, testing::ElementsAre(std::pair(1, 5)));
 }
 
@@ -235,6 +236,22 @@ TEST(Options, ObjectsThatMove) {
   };
 #include "options_4_code.inc"
   EXPECT_THAT(times, testing::ElementsAre(testing::DoubleNear((5 - 0.11) / 10, 1e-8)));
+}
+
+TEST(Options, PairsThatLive) {
+  const fcl_fibers::FiberPolylines scene = crossing();
+  const Objects objects(scene);
+  const Fiber& fiber = objects.fibers[0];
+  fcl::CollisionObjectd ball(std::make_shared<fcl::Sphered>(0.01), fcl::Matrix3d::Identity(),
+                             fcl::Vector3d(1.5, 0, 5));
+  const auto moveObjects = [&] { ball.setTranslation(fcl::Vector3d(1.5, 0, 0)); };
+  int pushes = 0;
+  const auto push = [&](const auto& /*a*/, const auto& b, double& kept) {
+    EXPECT_EQ(kept, 0);
+    if (&b == &ball) ++pushes;
+  };
+#include "options_5_code.inc"
+  EXPECT_GT(pushes, 0);
 }
 
 TEST(Contacts, OfATreeAndOfAManager) {
