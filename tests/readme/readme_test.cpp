@@ -146,6 +146,7 @@ TEST(Options, TheTableHasTheDefaults) {
   const bool has_margins = FiberManagerOptions().bounds == Bounds::kShapesAndMargins;
   of_managers["bounds"] = has_margins ? "kShapesAndMargins" : "others";
   of_managers["motion"] = FiberManagerOptions().motion ? "on" : "off";
+  of_managers["skin"] = FiberManagerOptions().skin == 0 ? "none" : "others";
   EXPECT_EQ(tableOfDefaults(4), of_managers);
 }
 
