@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -590,6 +591,85 @@ TYPED_TEST(ManagerFaults, NothingIsAllocatedAfterTheFirstFrame) {
     EXPECT_FALSE(allocates([&] { frame(S(0.001)); }));
     EXPECT_FALSE(collector.calls.empty());
   }
+}
+
+// After an update without memory some pairs would have ended, and nobody would ever be told.
+TEST(LiveFaults, AnUpdateWithoutMemoryTellsNothing) {
+  using Manager = FiberCollisionManager<double>;
+  using Names = std::vector<std::pair<const void*, const void*>>;
+  const auto named = [](const std::vector<LiveObjectPair<double>>& pairs) {
+    Names names;
+    for (const auto& pair : pairs) names.emplace_back(pair.a, pair.b);
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  const auto told = [&](const Manager& manager) {
+    std::vector<LiveObjectPair<double>> live;
+    manager.findLivePairs(live);
+    return std::array{named(live), named(manager.begunPairs()), named(manager.endedPairs())};
+  };
+  Scene<double> scene = strandScene<double>(8, 12, 194);
+  std::vector<fcl::Transform3<double>> poses[3];
+  Random random(195);
+  for (auto& some : poses) {
+    for (auto* object : scene.objects()) some.push_back(object->getTransform());
+    jolt(scene.objects(), random, 0.01, 0.02);
+  }
+  const auto place = [&](std::size_t pose) {
+    for (std::size_t i = 0; i < scene.size(); ++i) moveTo(*scene[i], poses[pose][i]);
+  };
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  options.skin = 0.1;
+  const auto make = [&] {
+    std::unique_ptr<Manager> manager = makeLayeredAabbTree<double>(options);
+    registerFibers<double>(*manager, scene);
+    for (const std::size_t pose : {0, 1}) {
+      place(pose);
+      manager->update();
+    }
+    return manager;
+  };
+  // Without some, so that all is listed, and without so many that the others get new ids.
+  for (const std::size_t removed : {0, 5, 85}) {
+    const auto makeLess = [&] {
+      auto manager = make();
+      for (std::size_t i = 0; i < removed; ++i) manager->unregisterObject(scene[i]);
+      return manager;
+    };
+    const auto act = [&](auto& manager) {
+      place(2);
+      manager->update();
+    };
+    auto plain = makeLess();
+    const auto before = told(*plain);
+    act(plain);
+    const auto after = told(*plain);
+    ASSERT_NE(before, after);
+    ASSERT_FALSE(after[0].empty());
+    strikeEverywhere(std::to_string(removed) + " gone", makeLess, act,
+                     [&](const auto& manager, bool failed) {
+                       EXPECT_EQ(told(*manager), failed ? before : after);
+                       if (failed) {
+                         EXPECT_THROW(selfPairs<double>(*manager), std::invalid_argument);
+                       } else {
+                         EXPECT_EQ(selfPairs<double>(*manager).size(), after[0].size());
+                       }
+                     });
+  }
+  bool has_failed = false;
+  for (const auto& act : std::vector<std::function<void(std::unique_ptr<Manager>&)>>{
+           [&](auto& manager) { manager->unregisterObject(scene[3]); },
+           [](auto& manager) { manager->clear(); }}) {
+    auto plain = make();
+    const auto before = told(*plain);
+    strikeEverywhere("leaving", make, act, [&](const auto& manager, bool failed) {
+      EXPECT_EQ(told(*manager), before);
+      if (failed) EXPECT_EQ(manager->size(), scene.size());
+      has_failed |= failed;
+    });
+  }
+  EXPECT_TRUE(has_failed);
 }
 
 }  // namespace
