@@ -377,7 +377,8 @@ FAULTS = [
           "if (its.begin() < its.end()) {", "if (false) {", "motion_test"),
     Fault("a clone moves from the original's poses", "index/segment_index.cpp",
           "  endStep();\n  now_ = other.fitted();", "  step_ = other.step_;\n  if (other.start_) "
-          "start_ = std::make_unique<End>(*other.start_);\n  now_ = other.fitted();", "motion_test"),
+          "start_ = std::make_unique<End>(*other.start_);\n  now_ = other.fitted();",
+          "motion_test"),
     Fault("a shape is at its end during the whole step", "broadphase/scene.cpp",
           "seen.start.a = seen.start.a + shape.way;", "", "meshes_test"),
     Fault("a mesh of a manager starts where it ends", "broadphase/obstacles.h",

@@ -83,8 +83,9 @@ struct FiberManagerOptions : FiberOptions {
   /// to the next update(). What is reported is the same, in another order.
   ///
   /// FiberCollisionManager::begunPairs() and endedPairs() tell which pairs of the list began and
-  /// ended to touch. If objects were registered or unregistered, the next update() builds the tree, which takes as
-  /// long as several updates. This needs Report::kCapsules, layered boxes, and no motion.
+  /// ended to touch. If objects were registered or unregistered, the next update() builds the tree,
+  /// which takes as long as several updates. This needs Report::kCapsules, layered boxes, and no
+  /// motion.
   double skin = 0;
 };
 

@@ -10,6 +10,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -203,7 +204,7 @@ MANAGER_SUITE(LiveManagers, LayeredManagers);
 // A pair would be missed, or told twice, after some combination of calls.
 TYPED_TEST(LiveManagers, ReportWhatOthersDoWhateverIsCalled) {
   using S = typename TypeParam::Scalar;
-  constexpr int kSeeds = 5, kCalls = 100;
+  constexpr int kSeeds = 5, kCalls = 70;
   std::size_t most_live = 0;
   Twins<TypeParam>::pairs_seen = 0;
   for (int seed = 0; seed < kSeeds && !this->HasFailure(); ++seed) {
@@ -481,6 +482,38 @@ TYPED_TEST(LiveManagers, OnlyAnUpdateOfAllTellsOfPairs) {
   ASSERT_EQ(manager->endedPairs().size(), 1u);
   EXPECT_TRUE(manager->endedPairs()[0].b == scene[19]);
   EXPECT_TRUE(manager->begunPairs().empty());
+}
+
+// Threads that ask first after an update would fit the tree together, or read a list in the making.
+TYPED_TEST(LiveManagers, ManyThreadsMayAskAfterAnUpdate) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(12, 20, 421), other_scene = strandScene<S>(4, 10, 422);
+  FiberManagerOptions options = byCapsules();
+  options.threads = 2;
+  const auto plain = TypeParam::make(options), other = TypeParam::make(options);
+  options.skin = 0.05;
+  const auto manager = TypeParam::make(options);
+  other->registerObjects(other_scene.objects());
+  for (auto* one : {&*plain, &*manager}) registerFibers<S>(*one, scene);
+  Random random(423);
+  for (int step = 0; step < 5; ++step) {
+    jolt(scene.objects(), random, 0.005, 0.01);
+    plain->update();
+    manager->update();
+    const std::size_t self = selfPairs<S>(*plain).size(),
+                      with = pairsWith<S>(*plain, *other).size();
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i) {
+      threads.emplace_back([&, i] {
+        if (i % 2 == 0) {
+          EXPECT_EQ((pairsWith<S>(*manager, *other).size()), with);
+        }
+        EXPECT_EQ(selfPairs<S>(*manager).size(), self);
+        EXPECT_EQ(livePairs<S>(*manager).size(), self);
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+  }
 }
 
 }  // namespace
