@@ -49,8 +49,9 @@ class TreePairing final : public live::Pairing {
   double usualReach() const override { return index_->usualReach(); }
   parallel::Executor* executor() const override { return index_->executor(); }
 
-  tree::Visit search(double beyond, index::PairSink& sink) override {
+  tree::Visit search(double beyond, const index::PairFilter& seen, index::PairSink& sink) override {
     index::Question question;
+    question.wanted = &seen;
     question.beyond = beyond / index_->frame().scale;
     if (other_ != nullptr) return index_->search(**other_, nullptr, sink, question);
     if (beyond > 0) index_.index().fitBeyond(question.beyond);

@@ -290,8 +290,9 @@ class ManagerState<S>::OwnPairing final : public live::Pairing {
   double usualReach() const override { return index_.usualReach(); }
   parallel::Executor* executor() const override { return index_.executor(); }
 
-  tree::Visit search(double beyond, index::PairSink& sink) override {
+  tree::Visit search(double beyond, const index::PairFilter& seen, index::PairSink& sink) override {
     index::Question question;
+    question.wanted = &seen;
     question.beyond = beyond / index_.frame().scale;
     if (beyond > 0) index_.fitBeyond(question.beyond);
     return index_.search(sink, question);

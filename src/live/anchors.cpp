@@ -267,9 +267,10 @@ double Anchors::deviationOf(const Node& node, std::int32_t block) const {
 }
 
 void Anchors::sample(const SegmentsNow& now, std::vector<geometry::MovedPoint>& points) const {
-  constexpr Leaf kMost = 256;
+  // A share of the segments, because the fit must not cost more than to bound them.
+  constexpr Leaf kMost = 256, kShare = 16;
   const tree::SegmentRange segments = now.segments->range();
-  for (Leaf leaf = 0; leaf < leaf_count_; leaf += leaf_count_ / kMost + 1) {
+  for (Leaf leaf = 0; leaf < leaf_count_; leaf += std::max(leaf_count_ / kMost, kShare) + 1) {
     const SegmentId id = (*now.order)[static_cast<std::size_t>(leaf)];
     points.push_back({segment(now, leaf).a, pointOf(now, *segments.capsule(id))});
   }

@@ -47,42 +47,67 @@ bool areFurtherApart(const Box& p, const Box& q, double distance) {
   return squaredGap(p, q) > distance * distance * kOutward;
 }
 
-/// Moves the half of the points to the front that a motion takes nearest to where they are, apart
-/// from what is common to all. Returns how far the last of these is from there.
-double sortByRest(std::vector<MovedPoint>& points, const AffineMap& motion) {
-  const auto half = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
-  Vec3d usual{0, 0, 0};
-  for (double Vec3d::*axis : geometry::kAxes) {
-    const auto rest = [&](const MovedPoint& p) { return (p.after - motion(p.before)).*axis; };
-    std::nth_element(points.begin(), half, points.end(),
-                     [&](const MovedPoint& p, const MovedPoint& q) { return rest(p) < rest(q); });
-    usual.*axis = rest(*half);
-  }
-  const auto rest = [&](const MovedPoint& p) {
-    return squaredNorm(p.after - motion(p.before) - usual);
-  };
-  std::nth_element(points.begin(), half, points.end(),
-                   [&](const MovedPoint& p, const MovedPoint& q) { return rest(p) < rest(q); });
-  return std::sqrt(rest(*half));
+double medianOf(std::vector<double>& numbers) {
+  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+  std::nth_element(numbers.begin(), middle, numbers.end());
+  return *middle;
 }
+
+/// The points, and how far a motion takes each from where it is, apart from what is common to all.
+class Rests {
+ public:
+  explicit Rests(const std::vector<MovedPoint>& points)
+      : points_(points), rests_(points.size()), numbers_(points.size()) {}
+
+  /// Returns the median.
+  double set(const AffineMap& motion) {
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      rests_[i] = points_[i].after - motion(points_[i].before);
+    }
+    Vec3d usual{0, 0, 0};
+    for (double Vec3d::*axis : geometry::kAxes) {
+      for (std::size_t i = 0; i < points_.size(); ++i) numbers_[i] = rests_[i].*axis;
+      usual.*axis = medianOf(numbers_);
+    }
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      rests_[i] = rests_[i] - usual;
+      numbers_[i] = squaredNorm(rests_[i]);
+    }
+    median_ = medianOf(numbers_);
+    return std::sqrt(median_);
+  }
+  /// The points that are not further from there than the median.
+  std::vector<MovedPoint> nearest() const {
+    std::vector<MovedPoint> nearest;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (squaredNorm(rests_[i]) <= median_) nearest.push_back(points_[i]);
+    }
+    return nearest;
+  }
+
+ private:
+  const std::vector<MovedPoint>& points_;
+  std::vector<Vec3d> rests_;
+  std::vector<double> numbers_;
+  double median_ = 0;
+};
 
 }  // namespace
 
-AffineMap commonMotion(std::vector<MovedPoint> points) {
+AffineMap commonMotion(const std::vector<MovedPoint>& points) {
   // To follow a turn costs time for every point, so it has to leave much less of the displacements.
   constexpr double kWorth = 0.7;
-  constexpr int kFits = 3;
+  constexpr int kFits = 2;
   if (points.empty()) return {};
-  const double rest = sortByRest(points, AffineMap());
+  Rests rests(points);
+  const double rest = rests.set(AffineMap());
   if (!(rest > 0)) return {};
   AffineMap fit;
   double rest_of_fit = rest;
   for (int i = 0; i < kFits; ++i) {
     // A few points that go their own way must not turn all others.
-    const std::vector<MovedPoint> half(
-        points.begin(), points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2 + 1));
-    fit = rigidFit(half);
-    rest_of_fit = sortByRest(points, fit);
+    fit = rigidFit(rests.nearest());
+    rest_of_fit = rests.set(fit);
   }
   return rest_of_fit < kWorth * rest ? fit : AffineMap();
 }

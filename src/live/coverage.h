@@ -15,7 +15,7 @@
 namespace fcl_fibers::live {
 
 /// Returns the rigid motion of most of the points, or none if they have no common one.
-geometry::AffineMap commonMotion(std::vector<geometry::MovedPoint> points);
+geometry::AffineMap commonMotion(const std::vector<geometry::MovedPoint>& points);
 
 /// One or two sets of segments and their anchors. If it is one, it is also the second.
 struct Sides {
@@ -54,6 +54,8 @@ class Coverage {
   /// has asked about too many pairs.
   using TakeRest = std::function<void(Leaf p, Leaf q, double rest)>;
   bool findRests(double wanted, const TakeRest& take);
+
+  std::int64_t left() const { return left_; }  ///< how many pairs may still be asked about
 
  private:
   struct Place {

@@ -50,6 +50,20 @@ class ListSink final : public index::PairSink {
   std::size_t begin_ = 0;
 };
 
+/// Counts pairs.
+class Counter final : public index::PairFilter {
+ public:
+  std::size_t keep(Pair* /*pairs*/, std::size_t count,
+                   std::vector<geometry::Impact>& /*impacts*/) const override {
+    count_.fetch_add(count, std::memory_order_relaxed);
+    return count;
+  }
+  std::size_t count() const { return count_; }
+
+ private:
+  mutable std::atomic<std::size_t> count_{0};
+};
+
 /// The slots of pairs that touch, for those that are listed anew.
 class SlotsOfPairs {
  public:
@@ -140,8 +154,7 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
   State now = State::kListed;
   if (!serves) {
     if (before == State::kListed) counts_.longest_life = std::max(counts_.longest_life, age_ - 1);
-    const double skin =
-        skin_.isChosen() ? skin_.next(pairing.side(0).order->size()) * unit : fixed_ * scale;
+    const double skin = skin_.isChosen() ? skin_.next() * unit : fixed_ * scale;
     is_new = true;
     list(pairing, skin, last, listed, gone);
     if (skin <= 0) now = skin_.wantsSpeed() ? State::kAnchored : State::kNone;
@@ -190,17 +203,18 @@ bool LiveList::isListed(const Pairing& pairing, Leaf k, Leaf l) const {
 bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone,
                      bool& is_renewed) {
   // Beyond these, to list all costs less.
-  constexpr std::int64_t kMostAsked = 16;    // pairs of nodes, for each segment
   constexpr std::size_t kMostSegments = 32;  // as a share of all
   constexpr int kMostRounds = 24;
   std::size_t all = 0;
   for (int i = 0; i < pairing.sideCount(); ++i) all += pairing.side(i).order->size();
-  Coverage coverage(sidesOf(pairing), covered_, pairing.margin(),
-                    kMostAsked * static_cast<std::int64_t>(all) + 1024,
+  const auto most_asked = static_cast<std::int64_t>(skin_.costOfSearch()) + 1024;
+  Coverage coverage(sidesOf(pairing), covered_, pairing.margin(), most_asked,
                     [&](Leaf k, Leaf l) { return isListed(pairing, k, l); });
   Coverage::Renewals renewals;
   Coverage::Leaves all_changed;
-  if (!coverage.check(renewals)) return false;
+  const bool is_checked = coverage.check(renewals);
+  skin_.setAsked(static_cast<double>(most_asked - coverage.left()));
+  if (!is_checked) return false;
   for (int round = 0; !(renewals[0].empty() && renewals[1].empty()); ++round) {
     if (round == kMostRounds) return false;
     Coverage::Leaves changed;
@@ -276,7 +290,9 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
   listed.clear();
   gone.clear();
   ListSink sink(pairing, listed);
-  pairing.search(skin, sink);
+  const Counter seen;
+  pairing.search(skin, seen, sink);
+  skin_.setSearch(pairing.side(0).order->size(), seen.count());
   std::vector<Entry> touched;
   touched.reserve(touching_count_);
   std::copy_if(entries_.begin(), entries_.end(), std::back_inserter(touched),

@@ -28,7 +28,9 @@ class Pairing {
   virtual double margin() const = 0;
 
   /// Finds every pair that is at most `beyond` further apart than the margin allows.
-  virtual tree::Visit search(double beyond, index::PairSink& sink) = 0;
+  /// @param seen  is shown the pairs whose volumes overlap, and keeps all
+  virtual tree::Visit search(double beyond, const index::PairFilter& seen,
+                             index::PairSink& sink) = 0;
 
   /// Moves the pairs that touch to the front in their order, and returns their number. It is called
   /// on several threads.
