@@ -263,7 +263,8 @@ FAULTS = [
           "findApproach(p, q, margin_, error, from, impact)",
           "findImpact(p, q, margin_, error, from, impact)", "arrays_test"),
     Fault("what is inside a solid cannot leave", "index/segment_index_meshes.cpp",
-          "if (mesh.isSolid()) searchAt(start()", "if (false) searchAt(start()", "arrays_test"),
+          "  if (mesh.isSolid()) {\n    Question at_start;", "  if (false) {\n    Question at_start;",
+          "arrays_test"),
     Fault("a tree that moves meets one that rests", "index/segment_index_search.cpp",
           "MovingRange second = other.movingRange();",
           "MovingRange second{other.keptRange(), other.keptRange()};", "arrays_test"),
@@ -420,8 +421,8 @@ FAULTS = [
           "margin = state_.options().margin;", "margin = in.state().options().margin - "
           "(in.state().options().margin - state_.options().margin);", "meshes_test numerics_test"),
     Fault("what is inside a solid is within another margin", "index/segment_index_meshes.cpp",
-          "searchAt(start(), mesh.start(), both_margins, /*once=*/true, inside);",
-          "searchAt(start(), mesh.start(), options_.margin, /*once=*/true, inside);",
+          "searchAt(start(), mesh.start(), both_margins, at_start, inside);",
+          "searchAt(start(), mesh.start(), options_.margin, at_start, inside);",
           "motion_test numerics_test"),
     Fault("a mesh of another manager has no inside", "broadphase/scene.cpp",
           "is_solid = state_.registry().fibers().isSolid(id);", "is_solid = is_own_ && "

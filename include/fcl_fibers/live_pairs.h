@@ -12,6 +12,7 @@
 #include <fcl_fibers/fiber_questions.h>
 #include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/tree_export.h>
+#include <fcl_fibers/triangle_mesh.h>
 
 namespace fcl_fibers {
 
@@ -46,7 +47,7 @@ struct LivePairsCounters {
 /// where others may have come near. The pairs are those that FiberTree::find() of Pairs finds, at
 /// every update.
 ///
-///     LivePairs live(tree);  // of the tree itself; or LivePairs live(tree, other_tree)
+///     LivePairs live(tree);  // of the tree itself; or of (tree, other_tree), or (tree, mesh)
 ///     for (;;) {
 ///       tree.update(fibers);
 ///       live.update();
@@ -63,10 +64,14 @@ struct LivePairsCounters {
 /// and leaves it to the first query that needs the tree to refit that. So a step without a search
 /// does not pay for one. After an update with a step, the pairs are those at its end.
 ///
+/// With a mesh, pairs outlast all that it does in TriangleMesh::setPose() and update(). All end if
+/// a mesh of another construction is assigned to it. A segment wholly inside a solid is paired with
+/// its nearest triangle: if another one becomes the nearest, one pair ends and another one begins.
+///
 /// The tree and the partner are borrowed and must stay where they are. All functions other than
 /// update() are const; several threads may call them at once.
 ///
-/// @tparam Partner  FiberTree: another one, or the tree itself
+/// @tparam Partner  FiberTree: another one, or the tree itself; or TriangleMesh
 template <class Partner = FiberTree>
 class LivePairs {
  public:
@@ -75,6 +80,7 @@ class LivePairs {
   /// Begins without pairs. Throws std::invalid_argument if the skin is NaN or infinite, or if a
   /// tree has wrapped spheres or Report::kVolumes.
   ///@{
+  template <class Own = Partner, std::enable_if_t<std::is_same_v<Own, FiberTree>, int> = 0>
   explicit LivePairs(FiberTree& tree, const LivePairsOptions& options = {})
       : LivePairs(tree, tree, options) {}
   FCL_FIBERS_TREE_EXPORT LivePairs(FiberTree& tree, const Partner& partner,
@@ -96,9 +102,9 @@ class LivePairs {
   FCL_FIBERS_TREE_EXPORT std::int32_t slotCount() const;
 
   /// Calls visit(pair, slot) for each pair that touches, in the order of the list: that of the
-  /// search which has listed them, and then what was listed later. It depends only on the calls and
-  /// arrays since the construction. `visit` returns nothing or a bool; true ends the call, which
-  /// then returns true.
+  /// search which has listed them, then what was listed later, then what is inside a solid. It
+  /// depends only on the calls and arrays since the construction. `visit` returns nothing or a
+  /// bool; true ends the call, which then returns true.
   template <class Visitor>
   bool visit(Visitor&& visit) const {
     return visitRuns([&visit](const LivePair<Pair>* run, std::size_t count) {
@@ -137,8 +143,8 @@ class LivePairs {
   /// points, too, which then may move at the same time; in the first one the partner's points may
   /// as well.
   ///
-  /// Throws std::invalid_argument if the trees have changed since update(), or if there is no list:
-  /// if skin() is 0. To have one always, give LivePairsOptions::skin.
+  /// Throws std::invalid_argument if the trees have changed since update(), if the partner is a
+  /// mesh, or if there is no list: if skin() is 0. To have one always, give LivePairsOptions::skin.
   ///@{
   FCL_FIBERS_TREE_EXPORT void safeDistances(std::vector<double>& distances,
                                             bool skips_touching = false) const;

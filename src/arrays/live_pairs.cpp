@@ -6,13 +6,17 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include <fcl_fibers/contact.h>
 
 #include "arrays/fiber_index.h"
 #include "arrays/pair_sinks.h"
+#include "arrays/triangle_mesh.h"
 #include "fibers/options.h"
 #include "geometry/segment_distance.h"
 #include "live/live_list.h"
@@ -96,17 +100,92 @@ class TreePairing final : public live::Pairing {
   std::array<live::SegmentsNow, 2> sides_;
 };
 
-SegmentPair toPublic(const tree::Pair& pair) { return {pair.a, pair.b}; }
+/// The segments of a tree and the triangles of a mesh.
+class MeshPairing final : public live::Pairing {
+ public:
+  MeshPairing(FiberIndex& index, const index::PlacedMesh& placed, std::uint64_t version)
+      : index_(index), mesh_(placed, index->frame()) {
+    segments_ = {&index->leaves(), &index->segments(), index->reach(), nullptr};
+    triangles_ = {&mesh_.end(), version};
+  }
+
+  int sideCount() const override { return 1; }
+  const live::SegmentsNow& side(int /*i*/) const override { return segments_; }
+  const live::TrianglesNow* triangles() const override { return &triangles_; }
+  double margin() const override { return index_->margin(); }
+  double usualReach() const override { return index_->usualReach(); }
+  parallel::Executor* executor() const override { return index_->executor(); }
+
+  tree::Visit search(double beyond, const index::PairFilter& /*seen*/,
+                     index::PairSink& sink) override {
+    // The factor covers the rounding of the sum.
+    constexpr double kOutward = 1 + 4 * std::numeric_limits<double>::epsilon();
+    const double margin = index_->options().margin;
+    index::Question question;
+    question.names_nearest = false;
+    return index_->search(
+        mesh_, beyond > 0 ? (margin + beyond / index_->frame().scale) * kOutward : margin, sink,
+        question);
+  }
+  std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const override {
+    std::vector<geometry::Impact> none;
+    index_->withTouchTest(mesh_.end(), index_->options().margin,
+                          [&](const auto& filter) { count = filter.keep(pairs, count, none); });
+    return count;
+  }
+  double gapOf(const tree::Pair& /*pair*/) const override { return 0; }
+  std::size_t sift(tree::Pair* pairs, std::size_t count) const override {
+    if (!index_.table().hasObstacleRules()) return count;
+    tree::Pair* const end = std::remove_if(
+        pairs, pairs + count, [this](const tree::Pair& pair) { return !mayMeet(pair.a); });
+    return static_cast<std::size_t>(end - pairs);
+  }
+
+  bool isSolid() const override { return mesh_.isSolid() && !mesh_.empty(); }
+  bool mayMeet(tree::SegmentId segment) const override {
+    return !index_.table().hasObstacleRules() ||
+           index_.table().meets(segment).meet(mesh_.categories());
+  }
+  bool isInside(tree::SegmentId segment) const override {
+    return mesh_.end().isInside(index_->segment(segment));
+  }
+  index::TriangleId nearest(tree::SegmentId segment) const override {
+    constexpr double kAny = std::numeric_limits<double>::max();
+    return mesh_.end().nearest(index_->segment(segment), kAny).triangle;
+  }
+
+ private:
+  FiberIndex& index_;
+  const index::PosedMesh mesh_;
+  live::SegmentsNow segments_;
+  live::TrianglesNow triangles_;
+};
+
+template <class Pair>
+LivePair<Pair> toPublic(const LiveList::Entry& entry) {
+  return {{entry.pair.a, entry.pair.b}, entry.slot};
+}
 
 template <class Pair>
 std::vector<LivePair<Pair>> toPublic(const std::vector<LiveList::Entry>& entries) {
   std::vector<LivePair<Pair>> pairs;
   pairs.reserve(entries.size());
-  for (const LiveList::Entry& entry : entries) pairs.push_back({toPublic(entry.pair), entry.slot});
+  for (const LiveList::Entry& entry : entries) pairs.push_back(toPublic<Pair>(entry));
   return pairs;
 }
 
-void require(const FiberTreeOptions& options) {
+/// Calls visit(entry) for the pairs that touch, until it returns true.
+template <class Visit>
+bool visitTouching(const LiveList& list, const Visit& visit) {
+  for (const LiveList::Entry& entry : list.entries()) {
+    if (entry.slot >= 0 && visit(entry)) return true;
+  }
+  return std::any_of(list.inside().begin(), list.inside().end(), visit);
+}
+
+void require(const TriangleMesh& /*partner*/) {}
+void require(const FiberTree& tree) {
+  const FiberTreeOptions& options = tree.options();
   constexpr char kCall[] = "LivePairs::LivePairs";
   if (options.volumes != FiberTreeOptions::Volumes::kLayeredBoxes) {
     fibers::throwInvalidArgument(
@@ -131,80 +210,112 @@ class LivePairs<Partner>::Impl {
   const LiveList& list() const { return list_; }
 
   void update() {
-    const std::shared_ptr<FiberIndex> own = tree_.index(), other = partner_.index();
-    const bool is_own = own == other;
-    // Both are held here, and by the trees.
-    if (own.use_count() > (is_own ? 3 : 2)) fibers::throwQueryRuns(kUpdate);
-    require(own->problem(/*needs_capsules=*/true));
-    require(other->problem(/*needs_capsules=*/true));
-    if (!(*own)->matches(**other)) {
-      fibers::throwInvalidArgument(kUpdate,
-                                   "the trees have other topologies; construct them alike");
-    }
-    if (watches_[0] == nullptr) watches_ = {own->watch(), other->watch()};
-    const std::array<Version, 2> now = {Version::of(*own), Version::of(*other)};
-    auto last = LiveList::Last::kSame;
-    for (std::size_t i = 0; i < 2; ++i) {
-      if (now[i].leaves != versions_[i].leaves || !(now[i].frame == versions_[i].frame)) {
-        last = std::max(last, LiveList::Last::kOtherLeaves);
+    const std::shared_ptr<FiberIndex> own = tree_.index();
+    if constexpr (std::is_same_v<Partner, FiberTree>) {
+      const std::shared_ptr<FiberIndex> other = partner_.index();
+      const bool is_own = own == other;
+      requireReady(own, is_own ? 3 : 2);
+      requireNone(other->problem(/*needs_capsules=*/true));
+      if (!(*own)->matches(**other)) {
+        fibers::throwInvalidArgument(kUpdate,
+                                     "the trees have other topologies; construct them alike");
       }
-      if (now[i].names != versions_[i].names) last = LiveList::Last::kOtherNames;
+      if (watches_[0] == nullptr) watches_ = {own->watch(), other->watch()};
+      TreePairing pairing(*own, is_own ? nullptr : other.get());
+      update(pairing, {Version::of(*own), Version::of(*other)});
+    } else {
+      requireReady(own, 2);
+      const index::PlacedMesh placed = MeshReader::placed(partner_);
+      if (!index::fitsIn((*own)->frame(), placed)) {
+        fibers::throwInvalidArgument(kUpdate,
+                                     "the coordinates of the mesh overflow in the unit of the "
+                                     "fibers; bring it nearer to them");
+      }
+      if (watches_[0] == nullptr) watches_[0] = own->watch();
+      const MeshReader::Version mesh = MeshReader::version(partner_);
+      MeshPairing pairing(*own, placed, mesh.points);
+      update(pairing, {Version::of(*own), {mesh.triangles, 0, mesh.points, {}, placed.categories}});
     }
-    TreePairing pairing(*own, is_own ? nullptr : other.get());
-    list_.update(pairing, (*own)->frame().scale, last);
-    versions_ = now;
   }
 
   void findSafeDistances(bool skips_touching, std::vector<double>& distances,
                          std::vector<double>* of_partner) const {
     constexpr char kCall[] = "LivePairs::safeDistances";
-    const std::shared_ptr<FiberIndex> own = tree_.index(), other = partner_.index();
-    const bool is_own = own == other;
-    if (!(Version::of(*own) == versions_[0] && Version::of(*other) == versions_[1])) {
-      fibers::throwInvalidArgument(kCall,
-                                   "the fibers have changed; call LivePairs::update() before");
-    }
-    if (!list_.isListed()) {
-      fibers::throwInvalidArgument(
-          kCall, "there is no list at present; construct the pairs with a skin above 0");
-    }
-    const TreePairing pairing(*own, is_own ? nullptr : other.get());
-    std::vector<std::atomic<double>> found[2];
-    for (int i = 0; i < pairing.sideCount(); ++i) {
-      found[i] = std::vector<std::atomic<double>>(
-          static_cast<std::size_t>(pairing.side(i).segments->end()) + 1);
-      for (auto& distance : found[i]) distance = std::numeric_limits<double>::infinity();
-    }
-    list_.findSafeDistances(pairing, skips_touching, found);
-    const double unit = 1 / (*own)->frame().scale;
-    const auto write = [unit](const FiberIndex& index, const auto& from, std::vector<double>& to) {
-      to.resize(static_cast<std::size_t>(index.table().idCount()));
-      for (std::size_t i = 0; i < to.size(); ++i) {
-        to[i] = i < from.size() ? unit * from[i].load() : std::numeric_limits<double>::infinity();
+    if constexpr (std::is_same_v<Partner, FiberTree>) {
+      const std::shared_ptr<FiberIndex> own = tree_.index(), other = partner_.index();
+      const bool is_own = own == other;
+      if (!(Version::of(*own) == versions_[0] && Version::of(*other) == versions_[1])) {
+        fibers::throwInvalidArgument(kCall,
+                                     "the fibers have changed; call LivePairs::update() before");
       }
-    };
-    write(*own, found[0], distances);
-    if (of_partner != nullptr) write(*other, is_own ? found[0] : found[1], *of_partner);
+      if (!list_.isListed()) {
+        fibers::throwInvalidArgument(
+            kCall, "there is no list at present; construct the pairs with a skin above 0");
+      }
+      const TreePairing pairing(*own, is_own ? nullptr : other.get());
+      std::vector<std::atomic<double>> found[2];
+      for (int i = 0; i < pairing.sideCount(); ++i) {
+        found[i] = std::vector<std::atomic<double>>(
+            static_cast<std::size_t>(pairing.side(i).segments->end()) + 1);
+        for (auto& distance : found[i]) distance = std::numeric_limits<double>::infinity();
+      }
+      list_.findSafeDistances(pairing, skips_touching, found);
+      const double unit = 1 / (*own)->frame().scale;
+      const auto write = [unit](const FiberIndex& index, const auto& from,
+                                std::vector<double>& to) {
+        to.resize(static_cast<std::size_t>(index.table().idCount()));
+        for (std::size_t i = 0; i < to.size(); ++i) {
+          to[i] = i < from.size() ? unit * from[i].load() : std::numeric_limits<double>::infinity();
+        }
+      };
+      write(*own, found[0], distances);
+      if (of_partner != nullptr) write(*other, is_own ? found[0] : found[1], *of_partner);
+    } else {
+      static_cast<void>(skips_touching);
+      static_cast<void>(distances);
+      static_cast<void>(of_partner);
+      fibers::throwInvalidArgument(kCall, "the partner is a mesh; ask pairs of trees");
+    }
   }
 
  private:
-  /// What the list of an index depends on besides the places of its segments.
+  /// What a list depends on besides the places of segments and triangles.
   struct Version {
-    std::size_t names = 0;   ///< FiberIndex::buildCount()
-    std::size_t leaves = 0;  ///< SegmentIndex::buildCount()
-    std::size_t places = 0;  ///< FiberIndex::updateCount()
+    std::uint64_t names = 0;   ///< FiberIndex::buildCount(), or of the mesh
+    std::uint64_t leaves = 0;  ///< SegmentIndex::buildCount()
+    std::uint64_t places = 0;  ///< FiberIndex::updateCount(), or of the mesh's points
     Frame frame;
+    tree::Categories categories;  ///< of the mesh
 
     bool operator==(const Version& other) const {
-      return names == other.names && leaves == other.leaves && places == other.places &&
-             frame == other.frame;
+      return places == other.places && hasListOf(other);
+    }
+    /// Whether a list goes on that is of the other one.
+    bool hasListOf(const Version& other) const {
+      return names == other.names && leaves == other.leaves && frame == other.frame &&
+             categories == other.categories;
     }
     static Version of(const FiberIndex& index) {
-      return {index.buildCount(), index->buildCount(), index.updateCount(), index->frame()};
+      return {index.buildCount(), index->buildCount(), index.updateCount(), index->frame(), {}};
     }
   };
 
-  static void require(const char* problem) {
+  void update(live::Pairing& pairing, const std::array<Version, 2>& now) {
+    auto last = LiveList::Last::kSame;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (!now[i].hasListOf(versions_[i])) last = std::max(last, LiveList::Last::kOtherLeaves);
+      if (now[i].names != versions_[i].names) last = LiveList::Last::kOtherNames;
+    }
+    list_.update(pairing, now[0].frame.scale, last);
+    versions_ = now;
+  }
+
+  /// @param holders  how many hold the index if no query runs: the tree, and this call
+  static void requireReady(const std::shared_ptr<FiberIndex>& index, long holders) {
+    if (index.use_count() > holders) fibers::throwQueryRuns(kUpdate);
+    requireNone(index->problem(/*needs_capsules=*/true));
+  }
+  static void requireNone(const char* problem) {
     if (problem != nullptr) fibers::throwInvalidArgument(kUpdate, problem);
   }
 
@@ -218,8 +329,8 @@ class LivePairs<Partner>::Impl {
 template <class Partner>
 LivePairs<Partner>::LivePairs(FiberTree& tree, const Partner& partner,
                               const LivePairsOptions& options) {
-  require(tree.options());
-  require(partner.options());
+  require(tree);
+  require(partner);
   if (!std::isfinite(options.skin)) {
     fibers::throwInvalidArgument("LivePairs::LivePairs",
                                  "the skin is NaN or infinite; give a finite length, or a negative "
@@ -262,31 +373,31 @@ bool LivePairs<Partner>::visitRuns(
     const std::function<bool(const LivePair<Pair>*, std::size_t)>& take) const {
   std::array<LivePair<Pair>, 256> run;
   std::size_t count = 0;
-  for (const LiveList::Entry& entry : impl_->list().entries()) {
-    if (entry.slot < 0) continue;
-    run[count++] = {toPublic(entry.pair), entry.slot};
-    if (count < run.size()) continue;
-    if (take(run.data(), count)) return true;
-    count = 0;
-  }
-  return count > 0 && take(run.data(), count);
+  const auto add = [&](const LiveList::Entry& entry) {
+    run[count++] = toPublic<Pair>(entry);
+    if (count < run.size()) return false;
+    return take(run.data(), std::exchange(count, 0));
+  };
+  return visitTouching(impl_->list(), add) || (count > 0 && take(run.data(), count));
 }
 
 template <class Partner>
 void LivePairs<Partner>::find(std::vector<Pair>& pairs) const {
   pairs.resize(count());
   auto out = pairs.begin();
-  for (const LiveList::Entry& entry : impl_->list().entries()) {
-    if (entry.slot >= 0) *out++ = toPublic(entry.pair);
-  }
+  visitTouching(impl_->list(), [&](const LiveList::Entry& entry) {
+    *out++ = toPublic<Pair>(entry).pair;
+    return false;
+  });
 }
 template <class Partner>
 void LivePairs<Partner>::find(std::vector<LivePair<Pair>>& pairs) const {
   pairs.resize(count());
   auto out = pairs.begin();
-  for (const LiveList::Entry& entry : impl_->list().entries()) {
-    if (entry.slot >= 0) *out++ = {toPublic(entry.pair), entry.slot};
-  }
+  visitTouching(impl_->list(), [&](const LiveList::Entry& entry) {
+    *out++ = toPublic<Pair>(entry);
+    return false;
+  });
 }
 
 template <class Partner>
@@ -322,5 +433,6 @@ const Partner& LivePairs<Partner>::partner() const {
 }
 
 template class LivePairs<FiberTree>;
+template class LivePairs<TriangleMesh>;
 
 }  // namespace fcl_fibers

@@ -2,7 +2,9 @@
 #include "arrays/triangle_mesh.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -115,6 +117,12 @@ MeshIndex makeIndex(const MeshArrays<S>& arrays, TriangleMesh::Kind kind) {
   return mesh;
 }
 
+/// Returns another number each time, never 0.
+std::uint64_t newVersion() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
 }  // namespace
 
 AffineMap toAffineMap(const MeshPose& pose) {
@@ -138,10 +146,12 @@ const char* poseProblem(const MeshPose& pose) {
 
 struct TriangleMesh::Impl {
   MeshIndex index;
+  MeshReader::Version version;
 
   template <typename S>
   static std::shared_ptr<Impl> make(const MeshArrays<S>& arrays, Kind kind) {
-    return std::make_shared<Impl>(Impl{makeIndex(arrays, kind)});
+    const std::uint64_t number = newVersion();
+    return std::make_shared<Impl>(Impl{makeIndex(arrays, kind), {number, number}});
   }
 
   template <typename S>
@@ -166,6 +176,7 @@ struct TriangleMesh::Impl {
       // the pointer and let go of it orders those reads before what is written here.
       std::shared_ptr<Impl>(impl).reset();
     }
+    impl->version.points = newVersion();
     impl->index.refitAfter([&](std::vector<MeshPoint>& points) { readPoints(arrays, points); });
   }
 };
@@ -191,7 +202,7 @@ void TriangleMesh::setPose(const MeshPose& pose) {
 }
 
 const std::shared_ptr<TriangleMesh::Impl>& TriangleMesh::impl() const {
-  static const auto empty = std::make_shared<Impl>(Impl{MeshIndex({}, {})});
+  static const auto empty = std::make_shared<Impl>(Impl{MeshIndex({}, {}), {}});
   return impl_ != nullptr ? impl_ : empty;
 }
 
@@ -210,5 +221,7 @@ index::PlacedMesh MeshReader::placed(const TriangleMesh& mesh) {
           {mesh.categories_, mesh.meets_},
           mesh.kind() == TriangleMesh::Kind::kSolid};
 }
+
+MeshReader::Version MeshReader::version(const TriangleMesh& mesh) { return mesh.impl()->version; }
 
 }  // namespace fcl_fibers

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+
 #include <fcl_fibers/triangle_mesh.h>
 
 #include "geometry/affine_map.h"
@@ -12,6 +14,13 @@ namespace fcl_fibers {
 struct MeshReader {
   /// The result borrows the triangles from the mesh until that is updated or destroyed.
   static index::PlacedMesh placed(const TriangleMesh& mesh);
+
+  /// Tells meshes apart. Copies are equal until one of them is updated.
+  struct Version {
+    std::uint64_t triangles = 0;  ///< of all that come from one construction
+    std::uint64_t points = 0;     ///< another one after each update
+  };
+  static Version version(const TriangleMesh& mesh);
 };
 
 geometry::AffineMap toAffineMap(const MeshPose& pose);

@@ -78,6 +78,8 @@ struct Question {
   /// two segments touch that did not at the start, or come nearer than they were there.
   /// @pre no segment is a box
   FirstTime* first = nullptr;
+  /// Whether a segment inside a solid mesh comes with its nearest triangle; otherwise with -1.
+  bool names_nearest = true;
 
   static Question ofStep(const PairFilter* wanted = nullptr, FirstTime* first = nullptr) {
     return {/*of_step=*/true, false, false, wanted, 0, first};

@@ -117,6 +117,13 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// Moves the pairs within this index that pass that test to the front in their order, and returns
   /// their number.
   std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const;
+  /// The same for a search for what touches a mesh in frame().
+  /// @param margin  of the search and the mesh together, in the world's unit
+  template <class F>
+  void withTouchTest(const PosedTriangles& triangles, double margin, F&& visit) const {
+    visit(HullFilter(rangeOf(now_), TriangleHulls<PosedTriangles>{triangles},
+                     meshReach(margin).margin, unit_));
+  }
 
   /// Returns a frame for the segments as they are now, or the present one if they do not stay
   /// finite in the new one.
@@ -197,8 +204,9 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// Finds the segments and triangles of a mesh in frame() that touch. In each pair b is a
   /// triangle. A segment that is a box touches a triangle if the boxes of both overlap, and if it
   /// overlaps the triangle's box in the mesh's own axes, up to margins. Segments that may not meet
-  /// the mesh, see tree::Fibers::meets, are left out. Each segment wholly inside a solid mesh comes
-  /// with one triangle, its nearest; if one triangle of each segment is enough, with -1.
+  /// the mesh, see tree::Fibers::meets, are left out. Behind these pairs comes each segment wholly
+  /// inside a solid mesh with one triangle, its nearest; if one triangle of each segment is enough,
+  /// with -1.
   ///
   /// If the mesh has a step, the whole step counts. Then a segment that is inside a solid at the
   /// start comes first and once, at time 0. It does not count for a first time, because on its way
@@ -402,8 +410,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     return findPairs(search, filter, executor_.get(), *blocks_, sink);
   }
   KeptSegments readSegments(const SegmentSource& source) const;
-  tree::Visit searchAt(const End& end, const PosedTriangles& triangles, double margin, bool once,
-                       PairSink& sink) const;
+  tree::Visit searchAt(const End& end, const PosedTriangles& triangles, double margin,
+                       const Question& question, PairSink& sink) const;
   void addNearest(const End& at, const PosedTriangles& triangles,
                   std::vector<tree::Pair>& pairs) const;
 

@@ -177,10 +177,10 @@ SegmentIndex::MeshReach SegmentIndex::meshReach(double margin) const {
   return {reach, reach > padding() ? (reach - padding()) * kOutward : 0};
 }
 
-/// Hands on the pairs that touch at one end of the step, and then each segment inside a solid, with
-/// its nearest triangle unless `once` is set.
+/// Hands on the pairs that touch at one end of the step, and then each segment inside a solid.
 Visit SegmentIndex::searchAt(const End& end, const PosedTriangles& triangles, double margin,
-                             bool once, PairSink& sink) const {
+                             const Question& question, PairSink& sink) const {
+  const bool once = question.once, names_nearest = question.names_nearest && !once;
   const tree::Categories categories = triangles.placed().categories;
   const bool is_solid = triangles.placed().is_solid;
   const SegmentRange segments = rangeOf(end);
@@ -212,7 +212,7 @@ Visit SegmentIndex::searchAt(const End& end, const PosedTriangles& triangles, do
         constexpr std::size_t kRun = 4096;
         std::vector<Pair> inside;
         const auto handOn = [&] {
-          if (!once) addNearest(end, triangles, inside);
+          if (names_nearest) addNearest(end, triangles, inside);
           const Visit visit = share({inside.data(), nullptr, inside.size()}, sink);
           inside.clear();
           return visit;
@@ -246,7 +246,7 @@ Visit SegmentIndex::search(const PosedMesh& mesh, double margin, PairSink& sink,
   // What is inside is found within the margins of the search for triangles, or what is between the
   // two would be lost.
   const double both_margins = margin + mesh.margin();
-  if (!mesh.hasStep()) return searchAt(fitted(), mesh.end(), both_margins, question.once, sink);
+  if (!mesh.hasStep()) return searchAt(fitted(), mesh.end(), both_margins, question, sink);
   struct Inside final : PairSink {
     explicit Inside(SegmentMarks& m) : marks(m) {}
     Visit take(const PairRun& run) override {
@@ -260,7 +260,11 @@ Visit SegmentIndex::search(const PosedMesh& mesh, double margin, PairSink& sink,
   };
   SegmentMarks marks(begin_, end_);
   Inside inside(marks);
-  if (mesh.isSolid()) searchAt(start(), mesh.start(), both_margins, /*once=*/true, inside);
+  if (mesh.isSolid()) {
+    Question at_start;
+    at_start.once = true;
+    searchAt(start(), mesh.start(), both_margins, at_start, inside);
+  }
   if (question.first == nullptr && !inside.found.empty()) {
     addNearest(start(), mesh.start(), inside.found);
     const std::vector<Impact> at_start(inside.found.size(), Impact{0, 0, 0});

@@ -27,35 +27,14 @@ Vec3d pointOf(const SegmentsNow& now, const CapsuleEnd& end) {
   return now.to_anchors->scale() * p + now.to_anchors->shift();
 }
 
-Box join(const Box& p, const Box& q) {
-  Box box;
-  for (int axis = 0; axis < 3; ++axis) {
-    box.low[axis] = std::min(p.low[axis], q.low[axis]);
-    box.high[axis] = std::max(p.high[axis], q.high[axis]);
-  }
-  return box;
-}
-
 }  // namespace
-
-template <class Visit>
-void Anchors::forBlocks(parallel::Executor* executor, const Visit& visit) const {
-  constexpr std::size_t kBlocksAtOnce = 128;  // they take some hundredths of a millisecond
-  simd::readEnvironment();
-  parallel::forRanges(executor, static_cast<std::size_t>(blockCount()), kBlocksAtOnce,
-                      [&](std::size_t from, std::size_t to) {
-                        for (std::size_t i = from; i < to; ++i) {
-                          visit(static_cast<std::int32_t>(i));
-                        }
-                      });
-}
 
 AnchoredEnds Anchors::anchored(const SegmentsNow& now, std::int32_t block) const {
   const Leaf begin = block * kBlock, end = blockEnd(block);
   const SegmentId first = now.segments->begin();
   return {now.order->data() + begin,
           end - begin,
-          std::min(kBlock, leaf_count_ - end),
+          std::min(kBlock, leafCount() - end),
           now.segments->range().capsule(first),
           now.segments->sharesEnds() ? std::size_t{1} : std::size_t{2},
           first,
@@ -65,13 +44,7 @@ AnchoredEnds Anchors::anchored(const SegmentsNow& now, std::int32_t block) const
 void Anchors::set(const SegmentsNow& now, parallel::Executor* executor) {
   motion_ = {};
   displacing_ = Displacing(now.to_anchors, motion_);
-  leaf_count_ = static_cast<Leaf>(now.order->size());
-  levels_.assign(1, 0);
-  for (std::int32_t count = leaf_count_, last = 0; count > 0 && last != 1; last = count) {
-    count = levels_.size() == 1 ? (count + kBlock - 1) / kBlock : (count + kArity - 1) / kArity;
-    levels_.push_back(levels_.back() + count);
-  }
-  nodes_.resize(static_cast<std::size_t>(levels_.back()));
+  resize(now.order->size());
   begins_.assign(static_cast<std::size_t>(blockCount()) + 1, 0);
   forBlocks(executor, [&](std::int32_t block) {
     const AnchoredEnds ends = anchored(now, block);
@@ -169,24 +142,6 @@ void Anchors::writeNodes(const SegmentsNow& now, std::int32_t block, BlockNodes&
   }
 }
 
-/// Bounds the nodes above blocks.
-void Anchors::joinAbove() {
-  for (int level = 1; level < levelCount(); ++level) {
-    for (std::int32_t i = 0; i < nodeCount(level); ++i) {
-      const std::int32_t first = i * kArity;
-      const std::int32_t end = std::min(first + kArity, nodeCount(level - 1));
-      Node above = node(level - 1, first);
-      for (std::int32_t child = first + 1; child < end; ++child) {
-        const Node& below = node(level - 1, child);
-        above.where = join(above.where, below.where);
-        above.moved = join(above.moved, below.moved);
-        above.growth = std::max(above.growth, below.growth);
-      }
-      nodes_[static_cast<std::size_t>(levelBegin(level) + i)] = above;
-    }
-  }
-}
-
 /// Bounds the anchors of a block.
 void Anchors::bound(const SegmentsNow& now, std::int32_t block) {
   nodes_[static_cast<std::size_t>(block)].where = boxAround(anchored(now, block));
@@ -240,37 +195,11 @@ void Anchors::renew(const SegmentsNow& now, std::vector<Renewal> renewals,
   joinAbove();
 }
 
-/// The median of the displacements of the blocks around one, by axis.
-Vec3d Anchors::usualAround(std::int32_t block) const {
-  // They are below the same node, three levels above.
-  constexpr std::int32_t kAround = kArity * kArity * kArity;
-  const std::int32_t begin = block / kAround * kAround;
-  const std::int32_t end = std::min(begin + kAround, blockCount());
-  std::array<double, kAround> numbers;
-  Vec3d usual{0, 0, 0};
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto last = std::transform(nodes_.begin() + begin, nodes_.begin() + end, numbers.begin(),
-                                     [axis](const Node& node) {
-                                       const Vec3d middle = tree::centerOfVolume(node.moved);
-                                       return middle.*geometry::kAxes[axis];
-                                     });
-    const auto middle = numbers.begin() + (last - numbers.begin()) / 2;
-    std::nth_element(numbers.begin(), middle, last);
-    if (std::isfinite(*middle)) usual.*geometry::kAxes[axis] = *middle;
-  }
-  return usual;
-}
-
-double Anchors::deviationOf(const Node& node, std::int32_t block) const {
-  const double deviation = norm(tree::centerOfVolume(node.moved) - usualAround(block));
-  return deviation >= 0 ? deviation : std::numeric_limits<double>::infinity();
-}
-
 void Anchors::sample(const SegmentsNow& now, std::vector<geometry::MovedPoint>& points) const {
   // A share of the segments, because the fit must not cost more than to bound them.
   constexpr Leaf kMost = 256, kShare = 16;
   const tree::SegmentRange segments = now.segments->range();
-  for (Leaf leaf = 0; leaf < leaf_count_; leaf += std::max(leaf_count_ / kMost, kShare) + 1) {
+  for (Leaf leaf = 0; leaf < leafCount(); leaf += std::max(leafCount() / kMost, kShare) + 1) {
     const SegmentId id = (*now.order)[static_cast<std::size_t>(leaf)];
     points.push_back({segment(now, leaf).a, pointOf(now, *segments.capsule(id))});
   }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "geometry/rounding.h"
 #include "tree/extent.h"
 
 namespace fcl_fibers::live {
@@ -14,13 +15,15 @@ namespace {
 using geometry::AffineMap;
 using geometry::Box;
 using geometry::MovedPoint;
+using geometry::roundedDown;
+using geometry::roundedUp;
 using geometry::Vec3d;
 
 /// Makes up for the rounding of the few operations behind it.
 constexpr double kOutward = 1 + 64 * std::numeric_limits<double>::epsilon();
 
 /// Bounds how much nearer a segment of p and one of q have come. NaN counts as infinity.
-double approachOf(const Anchors::Node& p, const Anchors::Node& q) {
+double approachOf(const BlockTree::Node& p, const BlockTree::Node& q) {
   double squared = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const double d = std::max(double{p.moved.high[axis]} - double{q.moved.low[axis]},
@@ -45,6 +48,14 @@ double gapOf(const Box& p, const Box& q) { return std::sqrt(squaredGap(p, q)) / 
 /// Whether two nodes are further apart than this. A box that is around everything is not.
 bool areFurtherApart(const Box& p, const Box& q, double distance) {
   return squaredGap(p, q) > distance * distance * kOutward;
+}
+
+Box grown(Box box, double length) {
+  for (int axis = 0; axis < 3; ++axis) {
+    box.low[axis] = roundedDown(double{box.low[axis]} - length);
+    box.high[axis] = roundedUp(double{box.high[axis]} + length);
+  }
+  return box;
 }
 
 double medianOf(std::vector<double>& numbers) {
@@ -124,7 +135,7 @@ Coverage::Coverage(const Sides& sides, double covered, double margin, std::int64
   }
 }
 
-bool Coverage::covers(const Anchors::Node& p, const Anchors::Node& q) {
+bool Coverage::covers(const BlockTree::Node& p, const BlockTree::Node& q) {
   --left_;
   const double approach = approachOf(p, q);
   return approach + wanted_ <= covered_ ||
@@ -133,14 +144,14 @@ bool Coverage::covers(const Anchors::Node& p, const Anchors::Node& q) {
 
 bool Coverage::check(Renewals& renewals) {
   const int second = sides_.count - 1;
-  return visitUncovered([&](Leaf k, const Anchors::Node& p, Leaf l, const Anchors::Node& q) {
+  return visitUncovered([&](Leaf k, const BlockTree::Node& p, Leaf l, const BlockTree::Node& q) {
     choose(0, k, p, second, l, q, renewals);
   });
 }
 
 bool Coverage::findRests(double wanted, const TakeRest& take) {
   wanted_ = wanted;
-  return visitUncovered([&](Leaf k, const Anchors::Node& p, Leaf l, const Anchors::Node& q) {
+  return visitUncovered([&](Leaf k, const BlockTree::Node& p, Leaf l, const BlockTree::Node& q) {
     if (is_listed_(k, l)) return;
     const double approach = approachOf(p, q);
     take(k, l, std::max(covered_ - approach, gapOf(p.where, q.where) - margin_ - approach));
@@ -184,11 +195,11 @@ bool Coverage::visitUncovered(const Place& p, const Place& q, const TakePair& ta
   return goes_on;
 }
 
-const Anchors::BlockNodes& Coverage::nodesOf(int side, std::int32_t block) {
+const BlockTree::BlockNodes& Coverage::nodesOf(int side, std::int32_t block) {
   std::int32_t& place = places_[side][static_cast<std::size_t>(block)];
   if (place < 0) {
     place = static_cast<std::int32_t>(nodes_.size());
-    sides_.anchors[side]->writeNodes(*sides_.now[side], block, nodes_.emplace_back());
+    sides_.writeNodes(side, block, nodes_.emplace_back());
   }
   return nodes_[static_cast<std::size_t>(place)];
 }
@@ -196,16 +207,16 @@ const Anchors::BlockNodes& Coverage::nodesOf(int side, std::int32_t block) {
 /// Does so for the segments of two blocks.
 void Coverage::visitUncoveredOf(std::int32_t i, std::int32_t j, const TakePair& take) {
   const int second = sides_.count - 1;
-  const Anchors &p = *sides_.anchors[0], &q = *sides_.anchors[second];
+  const BlockTree &p = *sides_.anchors[0], &q = *sides_.anchors[second];
   nodesOf(0, i);  // may move the others
-  const Anchors::BlockNodes& q_nodes = nodesOf(second, j);
-  const Anchors::BlockNodes& p_nodes = nodesOf(0, i);
+  const BlockTree::BlockNodes& q_nodes = nodesOf(second, j);
+  const BlockTree::BlockNodes& p_nodes = nodesOf(0, i);
   const bool is_one = second == 0 && i == j;
-  for (Leaf k = i * Anchors::kBlock; k < p.blockEnd(i); ++k) {
-    const Anchors::Node& p_node = p_nodes[static_cast<std::size_t>(k % Anchors::kBlock)];
+  for (Leaf k = i * BlockTree::kBlock; k < p.blockEnd(i); ++k) {
+    const BlockTree::Node& p_node = p_nodes[static_cast<std::size_t>(k % BlockTree::kBlock)];
     if (covers(p_node, q.node(0, j))) continue;
-    for (Leaf l = is_one ? k + 1 : j * Anchors::kBlock; l < q.blockEnd(j); ++l) {
-      const Anchors::Node& q_node = q_nodes[static_cast<std::size_t>(l % Anchors::kBlock)];
+    for (Leaf l = is_one ? k + 1 : j * BlockTree::kBlock; l < q.blockEnd(j); ++l) {
+      const BlockTree::Node& q_node = q_nodes[static_cast<std::size_t>(l % BlockTree::kBlock)];
       if (covers(p_node, q_node)) continue;
       take(k, p_node, l, q_node);
     }
@@ -213,13 +224,13 @@ void Coverage::visitUncoveredOf(std::int32_t i, std::int32_t j, const TakePair& 
 }
 
 /// Chooses which of two segments is to be anchored anew.
-void Coverage::choose(int p_side, Leaf k, const Anchors::Node& p, int q_side, Leaf l,
-                      const Anchors::Node& q, Renewals& renewals) const {
+void Coverage::choose(int p_side, Leaf k, const BlockTree::Node& p, int q_side, Leaf l,
+                      const BlockTree::Node& q, Renewals& renewals) const {
   if (p_side == 0 ? is_listed_(k, l) : is_listed_(l, k)) return;
-  const auto deviationOf = [this](int side, Leaf leaf, const Anchors::Node& node) {
-    return sides_.anchors[side]->deviationOf(node, leaf / Anchors::kBlock);
+  const auto deviationOf = [this](int side, Leaf leaf, const BlockTree::Node& node) {
+    return sides_.anchors[side]->deviationOf(node, leaf / BlockTree::kBlock);
   };
-  if (deviationOf(p_side, k, p) >= deviationOf(q_side, l, q)) {
+  if (sides_.keeps_second || deviationOf(p_side, k, p) >= deviationOf(q_side, l, q)) {
     renewals[static_cast<std::size_t>(p_side)].push_back({k, tree::centerOfVolume(q.moved)});
   } else {
     renewals[static_cast<std::size_t>(q_side)].push_back({l, tree::centerOfVolume(p.moved)});
@@ -229,18 +240,17 @@ void Coverage::choose(int p_side, Leaf k, const Anchors::Node& p, int q_side, Le
 bool Coverage::checkAround(const Leaves& changed, Renewals& renewals) {
   for (int side = 0; side < sides_.count; ++side) {
     for (const Leaf leaf : changed[static_cast<std::size_t>(side)]) {
-      std::int32_t& place = places_[side][static_cast<std::size_t>(leaf / Anchors::kBlock)];
+      std::int32_t& place = places_[side][static_cast<std::size_t>(leaf / BlockTree::kBlock)];
       if (place < 0) continue;
-      sides_.anchors[side]->writeNodes(*sides_.now[side], leaf / Anchors::kBlock,
-                                       nodes_[static_cast<std::size_t>(place)]);
+      sides_.writeNodes(side, leaf / BlockTree::kBlock, nodes_[static_cast<std::size_t>(place)]);
     }
   }
   for (int side = 0; side < sides_.count; ++side) {
     const int other = sides_.count - 1 - side;
-    const Anchors& q = *sides_.anchors[other];
+    const BlockTree& q = *sides_.anchors[other];
     for (const Leaf k : changed[static_cast<std::size_t>(side)]) {
-      const std::int32_t i = k / Anchors::kBlock;
-      const Anchors::Node p = nodesOf(side, i)[static_cast<std::size_t>(k % Anchors::kBlock)];
+      const std::int32_t i = k / BlockTree::kBlock;
+      const BlockTree::Node p = nodesOf(side, i)[static_cast<std::size_t>(k % BlockTree::kBlock)];
       const auto below = [&](auto& self, const Place& place) -> bool {
         if (covers(p, nodeAt(other, place))) return true;
         if (left_ < 0) return false;
@@ -251,10 +261,10 @@ bool Coverage::checkAround(const Leaves& changed, Renewals& renewals) {
           });
           return goes_on;
         }
-        const Anchors::BlockNodes& nodes = nodesOf(other, place.node);
-        for (Leaf l = place.node * Anchors::kBlock; l < q.blockEnd(place.node); ++l) {
+        const BlockTree::BlockNodes& nodes = nodesOf(other, place.node);
+        for (Leaf l = place.node * BlockTree::kBlock; l < q.blockEnd(place.node); ++l) {
           if (sides_.count == 1 && l == k) continue;
-          const Anchors::Node& q_node = nodes[static_cast<std::size_t>(l % Anchors::kBlock)];
+          const BlockTree::Node& q_node = nodes[static_cast<std::size_t>(l % BlockTree::kBlock)];
           if (covers(p, q_node)) continue;
           choose(side, k, p, other, l, q_node, renewals);
         }
@@ -266,15 +276,22 @@ bool Coverage::checkAround(const Leaves& changed, Renewals& renewals) {
   return true;
 }
 
-double usualApproach(const Sides& sides) {
+double usualApproach(const Sides& sides, double distance) {
   // A list fails where many blocks have come apart, so it is not the median that counts.
   constexpr std::int32_t kMostBlocks = 1024;
   std::vector<double> approaches;
   for (int i = 0; i < sides.count; ++i) {
-    const Anchors& anchors = *sides.anchors[i];
+    const BlockTree& anchors = *sides.anchors[i];
     const std::int32_t step = anchors.blockCount() / kMostBlocks + 1;
     for (std::int32_t block = 0; block < anchors.blockCount(); block += step) {
-      approaches.push_back(approachOf(anchors.node(0, block), anchors.node(0, block)));
+      const BlockTree::Node& node = anchors.node(0, block);
+      if (!sides.keeps_second) {
+        approaches.push_back(approachOf(node, node));
+      } else if (i == 0) {
+        visitNear(*sides.anchors[1], grown(node.where, distance), [&](std::int32_t other) {
+          approaches.push_back(approachOf(node, sides.anchors[1]->node(0, other)));
+        });
+      }
     }
   }
   if (approaches.empty()) return 0;
@@ -284,7 +301,7 @@ double usualApproach(const Sides& sides) {
 }
 
 double mostApproach(const Sides& sides) {
-  const Anchors &p = *sides.anchors[0], &q = *sides.anchors[sides.count - 1];
+  const BlockTree &p = *sides.anchors[0], &q = *sides.anchors[sides.count - 1];
   if (p.levelCount() == 0 || q.levelCount() == 0) return 0;
   return approachOf(p.node(p.levelCount() - 1, 0), q.node(q.levelCount() - 1, 0));
 }

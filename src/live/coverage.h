@@ -11,17 +11,21 @@
 #include "geometry/box.h"
 #include "geometry/rigid_fit.h"
 #include "live/anchors.h"
+#include "live/block_tree.h"
 
 namespace fcl_fibers::live {
 
 /// Returns the rigid motion of most of the points, or none if they have no common one.
 geometry::AffineMap commonMotion(const std::vector<geometry::MovedPoint>& points);
 
-/// One or two sets of segments and their anchors. If it is one, it is also the second.
+/// One or two sets of segments and their anchors, or segments and the triangles of a mesh. If there
+/// is one set, it is also the second.
 struct Sides {
   int count;
-  const Anchors* anchors[2];
-  const SegmentsNow* now[2];
+  const BlockTree* anchors[2];
+  bool keeps_second;  ///< whether only segments of the first side are anchored anew
+  /// Writes the nodes of the leaves of a block of one side.
+  std::function<void(int side, std::int32_t block, BlockTree::BlockNodes& nodes)> writeNodes;
 };
 
 /// Finds out whether a list may have lost pairs. Two segments are covered while they have come
@@ -62,19 +66,19 @@ class Coverage {
     int level;
     std::int32_t node;
   };
-  const Anchors::Node& nodeAt(int side, const Place& place) const {
+  const BlockTree::Node& nodeAt(int side, const Place& place) const {
     return sides_.anchors[side]->node(place.level, place.node);
   }
   Place root(int side) const { return {sides_.anchors[side]->levelCount() - 1, 0}; }
   using TakePair =
-      std::function<void(Leaf k, const Anchors::Node& p, Leaf l, const Anchors::Node& q)>;
-  bool covers(const Anchors::Node& p, const Anchors::Node& q);
+      std::function<void(Leaf k, const BlockTree::Node& p, Leaf l, const BlockTree::Node& q)>;
+  bool covers(const BlockTree::Node& p, const BlockTree::Node& q);
   bool visitUncovered(const TakePair& take);
   bool visitUncovered(const Place& p, const Place& q, const TakePair& take);
   void visitUncoveredOf(std::int32_t i, std::int32_t j, const TakePair& take);
-  void choose(int p_side, Leaf k, const Anchors::Node& p, int q_side, Leaf l,
-              const Anchors::Node& q, Renewals& renewals) const;
-  const Anchors::BlockNodes& nodesOf(int side, std::int32_t block);
+  void choose(int p_side, Leaf k, const BlockTree::Node& p, int q_side, Leaf l,
+              const BlockTree::Node& q, Renewals& renewals) const;
+  const BlockTree::BlockNodes& nodesOf(int side, std::int32_t block);
 
   const Sides sides_;
   const double covered_, margin_;
@@ -82,27 +86,28 @@ class Coverage {
   double wanted_ = 0;  ///< how much nearer they are to be able to come
   std::int64_t left_;  ///< pairs of nodes that may still be asked about
   /// The nodes of segments of blocks that have been asked about, and where those of a block are.
-  std::vector<Anchors::BlockNodes> nodes_;
+  std::vector<BlockTree::BlockNodes> nodes_;
   std::vector<std::int32_t> places_[2];
 };
 
 /// Bounds how much nearer any two segments have come.
 double mostApproach(const Sides& sides);
 
-/// By how much segments that are near each other have usually come nearer.
-double usualApproach(const Sides& sides);
+/// By how much segments that are near each other have usually come nearer, or a mesh and segments
+/// within a distance.
+double usualApproach(const Sides& sides, double distance);
 
 /// Calls visit(child) for the children of a node.
 template <class Visit>
-void forChildren(const Anchors& anchors, int level, std::int32_t node, const Visit& visit) {
-  const std::int32_t first = node * Anchors::kArity;
-  const std::int32_t end = std::min(first + Anchors::kArity, anchors.nodeCount(level - 1));
+void forChildren(const BlockTree& anchors, int level, std::int32_t node, const Visit& visit) {
+  const std::int32_t first = node * BlockTree::kArity;
+  const std::int32_t end = std::min(first + BlockTree::kArity, anchors.nodeCount(level - 1));
   for (std::int32_t child = first; child < end; ++child) visit(child);
 }
 
 /// Calls visit(block) for the blocks whose anchors and radii may be in a box.
 template <class Visit>
-void visitNear(const Anchors& anchors, const geometry::Box& box, const Visit& visit) {
+void visitNear(const BlockTree& anchors, const geometry::Box& box, const Visit& visit) {
   const auto overlaps = [&](const geometry::Box& where) {
     bool all = true;
     for (int axis = 0; axis < 3; ++axis) {

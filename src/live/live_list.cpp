@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "geometry/touch.h"
+#include "geometry/triangle_distance.h"
 #include "index/pair_search.h"
 #include "live/coverage.h"
 
@@ -133,6 +134,12 @@ class Marks {
   std::vector<bool> marks_;
 };
 
+/// Whether a segment and a triangle are at most `reach` apart.
+bool areNear(const geometry::Segment& p, const geometry::Triangle& triangle, double reach) {
+  return p.isBox() ? boxesTouch(p, boxAround(triangle), reach)
+                   : touch(p, triangle, reach, /*error=*/0);
+}
+
 }  // namespace
 
 LiveList::LiveList(double skin) : fixed_(skin), skin_(/*is_chosen=*/skin < 0) {}
@@ -148,7 +155,7 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
   if (before != State::kNone) {
     ++age_;
     measure(pairing);
-    skin_.setSpeed(usualApproach(sidesOf(pairing)) / (unit * static_cast<double>(age_)));
+    skin_.setSpeed(usualApproach(sidesOf(pairing), unit) / (unit * static_cast<double>(age_)));
     serves = before == State::kListed && renew(pairing, listed, gone, is_new);
   }
   State now = State::kListed;
@@ -164,7 +171,11 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
   }
   Entries& entries = is_new ? listed : entries_;
   const bool all_touch = !serves && now != State::kListed;
-  take(entries, all_touch ? allNew(entries) : test(pairing, entries), gone);
+  const std::vector<std::size_t> changed = all_touch ? allNew(entries) : test(pairing, entries);
+  std::vector<Entry> inside;
+  if (pairing.isSolid()) inside = findInside(pairing, entries, changed);
+  if (serves) gone.insert(gone.end(), inside_.begin(), inside_.end());
+  take(entries, changed, inside, gone, last != Last::kOtherNames);
   if (!serves) skin_.setFound(entries_.size(), touching_count_);
   state_ = now;
   ++counts_.updates;
@@ -174,27 +185,39 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
 void LiveList::measure(const Pairing& pairing) {
   std::vector<geometry::MovedPoint> points;
   for (int i = 0; i < pairing.sideCount(); ++i) anchors_[i].sample(pairing.side(i), points);
+  const TrianglesNow* const triangles = pairing.triangles();
+  if (triangles != nullptr) mesh_.sample(*triangles, points);
   const geometry::AffineMap motion = commonMotion(points);
   for (int i = 0; i < pairing.sideCount(); ++i) {
     anchors_[i].measure(pairing.side(i), motion, pairing.executor());
   }
+  if (triangles != nullptr) mesh_.measure(*triangles, motion, pairing.executor());
 }
 
 Sides LiveList::sidesOf(const Pairing& pairing) const {
+  const TrianglesNow* const triangles = pairing.triangles();
+  const auto writeNodes = [this, triangles, &pairing](int side, std::int32_t block,
+                                                      BlockTree::BlockNodes& nodes) {
+    if (triangles != nullptr && side == 1) return mesh_.writeNodes(*triangles, block, nodes);
+    anchors_[side].writeNodes(pairing.side(side), block, nodes);
+  };
+  if (triangles != nullptr) return {2, {&anchors_[0], &mesh_}, /*keeps_second=*/true, writeNodes};
   const int count = pairing.sideCount();
-  return {
-      count, {&anchors_[0], &anchors_[count - 1]}, {&pairing.side(0), &pairing.side(count - 1)}};
+  return {count, {&anchors_[0], &anchors_[count - 1]}, /*keeps_second=*/false, writeNodes};
 }
 
 /// Whether a pair is listed, by its anchors, or does not count.
 bool LiveList::isListed(const Pairing& pairing, Leaf k, Leaf l) const {
+  const TrianglesNow* const triangles = pairing.triangles();
   const int second = pairing.sideCount() - 1;
   const SegmentsNow &first_now = pairing.side(0), &second_now = pairing.side(second);
-  Pair pair{(*first_now.order)[static_cast<std::size_t>(k)],
-            (*second_now.order)[static_cast<std::size_t>(l)]};
-  return pairing.sift(&pair, 1) == 0 ||
-         touch(anchors_[0].segment(first_now, k), anchors_[second].segment(second_now, l),
-               pairing.margin() + covered_, /*error=*/0);
+  const tree::SegmentIds& others = triangles != nullptr ? triangles->order() : *second_now.order;
+  Pair pair{(*first_now.order)[static_cast<std::size_t>(k)], others[static_cast<std::size_t>(l)]};
+  if (pairing.sift(&pair, 1) == 0) return true;
+  const geometry::Segment p = anchors_[0].segment(first_now, k);
+  const double reach = pairing.margin() + covered_;
+  if (triangles != nullptr) return areNear(p, mesh_.triangle(*triangles, l), reach);
+  return touch(p, anchors_[second].segment(second_now, l), reach, /*error=*/0);
 }
 
 /// Makes the list complete by listing the pairs of some segments anew. Returns false if all have to
@@ -221,6 +244,13 @@ bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry
     std::size_t count = 0;
     for (std::size_t i = 0; i < 2; ++i) {
       const SegmentsNow& now = pairing.side(std::min(static_cast<int>(i), pairing.sideCount() - 1));
+      // What is out of the range of float has no anchors that would do.
+      const bool is_finite =
+          std::all_of(renewals[i].begin(), renewals[i].end(), [](const Anchors::Renewal& renewal) {
+            const geometry::Vec3d& p = renewal.displacement;
+            return std::isfinite(p.x + p.y + p.z);
+          });
+      if (!is_finite) return false;
       if (!renewals[i].empty()) anchors_[i].renew(now, std::move(renewals[i]), changed[i]);
       renewals[i].clear();
       std::vector<Leaf> both;
@@ -240,6 +270,7 @@ bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry
 /// Lists the pairs anew of which one segment has another anchor.
 void LiveList::relist(const Pairing& pairing, const Coverage::Leaves& changed, Entries& renewed,
                       std::vector<Entry>& gone) {
+  const TrianglesNow* const triangles = pairing.triangles();
   const bool is_one = pairing.sideCount() == 1;
   const SegmentsNow &first = pairing.side(0), &second = pairing.side(is_one ? 0 : 1);
   const Marks marks[2] = {Marks(first, changed[0]), Marks(second, changed[1])};
@@ -248,7 +279,8 @@ void LiveList::relist(const Pairing& pairing, const Coverage::Leaves& changed, E
   renewed.reserve(entries_.size());
   std::vector<Entry> touched;
   for (const Entry& entry : entries_) {
-    if (!first_marks.has(entry.pair.a) && !second_marks.has(entry.pair.b)) {
+    const bool has_second = triangles == nullptr && second_marks.has(entry.pair.b);
+    if (!first_marks.has(entry.pair.a) && !has_second) {
       renewed.push_back(entry);
     } else if (entry.slot >= 0) {
       touched.push_back(entry);
@@ -277,10 +309,27 @@ void LiveList::relist(const Pairing& pairing, const Coverage::Leaves& changed, E
       });
     }
   };
-  for (int side = 0; side < pairing.sideCount(); ++side) listOf(side);
+  if (triangles != nullptr) {
+    for (const Leaf k : changed[0]) {
+      const SegmentId a = (*first.order)[static_cast<std::size_t>(k)];
+      const geometry::Segment p = anchors_[0].segment(first, k);
+      visitNear(mesh_, geometry::Box::around(p, reach), [&](std::int32_t block) {
+        for (Leaf l = block * BlockTree::kBlock; l < mesh_.blockEnd(block); ++l) {
+          if (!areNear(p, mesh_.triangle(*triangles, l), reach)) continue;
+          found.push_back({a, triangles->order()[static_cast<std::size_t>(l)]});
+        }
+      });
+    }
+  } else {
+    for (int side = 0; side < pairing.sideCount(); ++side) listOf(side);
+  }
   found.resize(pairing.sift(found.data(), found.size()));
   for (const Pair& pair : found) renewed.push_back({pair, slots.take(pair)});
   slots.addRest(gone);
+  if (!pairing.isSolid()) return;
+  std::vector<SegmentId> asked;
+  for (const Leaf k : changed[0]) asked.push_back((*first.order)[static_cast<std::size_t>(k)]);
+  sides_.renew(pairing, asked, segmentsOf(pairing, renewed));
 }
 
 /// Lists all pairs.
@@ -292,8 +341,20 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
   ListSink sink(pairing, listed);
   const Counter seen;
   pairing.search(skin, seen, sink);
-  skin_.setSearch(pairing.side(0).order->size(), seen.count());
-  std::vector<Entry> touched;
+  if (pairing.triangles() != nullptr) {
+    skin_.setMeshSearch(pairing.side(0).order->size(), touching_count_);
+  } else {
+    skin_.setSearch(pairing.side(0).order->size(), seen.count());
+  }
+  sides_.clear();
+  if (pairing.isSolid()) {
+    std::vector<SegmentId> deep;
+    for (; !listed.empty() && listed.back().pair.b < 0; listed.pop_back()) {
+      deep.push_back(listed.back().pair.a);
+    }
+    sides_.set(pairing, deep);
+  }
+  std::vector<Entry> touched = inside_;
   touched.reserve(touching_count_);
   std::copy_if(entries_.begin(), entries_.end(), std::back_inserter(touched),
                [](const Entry& entry) { return entry.slot >= 0; });
@@ -315,6 +376,7 @@ void LiveList::anchor(const Pairing& pairing) {
   for (int i = 0; i < pairing.sideCount(); ++i) {
     anchors_[i].set(pairing.side(i), pairing.executor());
   }
+  if (pairing.triangles() != nullptr) mesh_.set(*pairing.triangles(), pairing.executor());
   // The anchors are rounded.
   covered_ = listed_ - mostApproach(sidesOf(pairing));
 }
@@ -359,26 +421,58 @@ std::vector<std::size_t> LiveList::test(const Pairing& pairing, const Entries& e
   return changed;
 }
 
+/// The segments of listed pairs.
+SegmentFlags LiveList::segmentsOf(const Pairing& pairing, const Entries& entries) {
+  SegmentFlags flags(pairing.side(0).segments->begin(), pairing.side(0).segments->end());
+  for (const Entry& entry : entries) flags.set(entry.pair.a);
+  return flags;
+}
+
+/// Finds what is inside a solid now. They have no slots yet.
+std::vector<Entry> LiveList::findInside(const Pairing& pairing, const Entries& entries,
+                                        const std::vector<std::size_t>& changed) const {
+  const SegmentFlags near = segmentsOf(pairing, entries);
+  SegmentFlags touching(near.begin(), near.end());
+  auto next = changed.begin();
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const bool has_changed = next != changed.end() && *next == i;
+    if (has_changed) ++next;
+    if ((entries[i].slot >= 0) != has_changed) touching.set(entries[i].pair.a);
+  }
+  std::vector<Entry> inside;
+  for (const SegmentId id : sides_.find(pairing, near, touching)) inside.push_back({{id, -1}, -1});
+  constexpr std::size_t kAtOnce = 64;
+  parallel::forRanges(pairing.executor(), inside.size(), kAtOnce,
+                      [&](std::size_t begin, std::size_t end) {
+                        for (std::size_t i = begin; i < end; ++i) {
+                          inside[i].pair.b = pairing.nearest(inside[i].pair.a);
+                        }
+                      });
+  return inside;
+}
+
 /// Takes over a list and what has changed.
+/// @param inside     gets its slots
+/// @param gone       what is listed no more, or was inside
+/// @param may_go_on  whether a pair of these may still touch
 void LiveList::take(Entries& entries, const std::vector<std::size_t>& changed,
-                    const std::vector<Entry>& gone) {
-  // Nothing below the last of these throws.
+                    std::vector<Entry>& inside, std::vector<Entry>& gone, bool may_go_on) {
+  for (const std::size_t i : changed) {
+    if (entries[i].slot >= 0) gone.push_back(entries[i]);
+  }
+  // A pair may begin to touch by itself that was that of a segment inside, or the other way round.
+  may_go_on &= !inside.empty() || !inside_.empty();
+  SlotsOfPairs slots(may_go_on ? gone : std::vector<Entry>());
   std::vector<Entry> begun, ended;
-  const auto count_begun = static_cast<std::size_t>(std::count_if(
-      changed.begin(), changed.end(), [&](std::size_t i) { return entries[i].slot < 0; }));
-  begun.reserve(count_begun);
-  ended.reserve(gone.size() + changed.size() - count_begun);
+  begun.reserve(changed.size() + inside.size());
+  ended.reserve(gone.size());
   free_.reserve(free_.size() + ended_.size());
 
+  // Nothing below throws.
   for (const Entry& entry : ended_) free_.push_back(entry.slot);
-  ended.insert(ended.end(), gone.begin(), gone.end());
-  for (const std::size_t i : changed) {
-    Entry& entry = entries[i];
-    if (entry.slot >= 0) {
-      ended.push_back(entry);
-      entry.slot = -1;
-      continue;
-    }
+  const auto begin = [&](Entry& entry) {
+    entry.slot = slots.take(entry.pair);
+    if (entry.slot >= 0) return;
     if (free_.empty()) {
       entry.slot = slot_count_++;
     } else {
@@ -386,9 +480,23 @@ void LiveList::take(Entries& entries, const std::vector<std::size_t>& changed,
       free_.pop_back();
     }
     begun.push_back(entry);
+  };
+  for (const std::size_t i : changed) {
+    if (entries[i].slot >= 0) {
+      entries[i].slot = -1;
+    } else {
+      begin(entries[i]);
+    }
+  }
+  for (Entry& entry : inside) begin(entry);
+  if (may_go_on) {
+    slots.addRest(ended);
+  } else {
+    ended.swap(gone);
   }
   touching_count_ = touching_count_ + begun.size() - ended.size();
   if (&entries != &entries_) entries_.swap(entries);
+  inside_.swap(inside);
   begun_.swap(begun);
   ended_.swap(ended);
 }
@@ -460,9 +568,9 @@ tree::Visit LiveList::handOn(index::PairSink& sink) const {
 
 std::size_t LiveList::memoryUsage() const {
   return entries_.capacity() * sizeof(Entry) +
-         (begun_.capacity() + ended_.capacity()) * sizeof(Entry) +
-         free_.capacity() * sizeof(std::int32_t) + anchors_[0].memoryUsage() +
-         anchors_[1].memoryUsage();
+         (inside_.capacity() + begun_.capacity() + ended_.capacity()) * sizeof(Entry) +
+         free_.capacity() * sizeof(std::int32_t) + sides_.memoryUsage() + mesh_.memoryUsage() +
+         anchors_[0].memoryUsage() + anchors_[1].memoryUsage();
 }
 
 }  // namespace fcl_fibers::live

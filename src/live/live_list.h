@@ -11,24 +11,31 @@
 #include "index/pair_query.h"
 #include "live/anchors.h"
 #include "live/coverage.h"
+#include "live/inside.h"
+#include "live/mesh_anchors.h"
+#include "live/segment_flags.h"
 #include "live/skin.h"
 #include "parallel/executor.h"
 
 namespace fcl_fibers::live {
 
-/// What a LiveList is of: the pairs within one set of segments, or those of two.
+/// What a LiveList is of: the pairs within one set of segments, or those of two, or those of
+/// segments and the triangles of a mesh.
 class Pairing {
  public:
-  /// @param i  0 or, if there are two, 1
+  /// @param i  0 or, if there are two sides of segments, 1
   virtual const SegmentsNow& side(int i) const = 0;
   virtual int sideCount() const = 0;
+  /// Of the mesh, in the frame of the segments; null if there is none.
+  virtual const TrianglesNow* triangles() const { return nullptr; }
 
   /// The margin within which segments touch, and all lengths below, are in the frame of the first
   /// side.
   virtual double margin() const = 0;
 
-  /// Finds every pair that is at most `beyond` further apart than the margin allows.
-  /// @param seen  is shown the pairs whose volumes overlap, and keeps all
+  /// Finds every pair that is at most `beyond` further apart than the margin allows. Behind these
+  /// comes each segment wholly inside a solid, with -1.
+  /// @param seen  is shown the pairs of segments whose volumes overlap, and keeps all
   virtual tree::Visit search(double beyond, const index::PairFilter& seen,
                              index::PairSink& sink) = 0;
 
@@ -51,6 +58,17 @@ class Pairing {
   virtual double usualReach() const = 0;
 
   virtual parallel::Executor* executor() const = 0;
+
+  /// @name A solid
+  /// What is asked only if the triangles are those of a solid, on several threads.
+  ///@{
+  virtual bool isSolid() const { return false; }
+  /// Whether a segment may meet the solid.
+  virtual bool mayMeet(tree::SegmentId /*segment*/) const { return true; }
+  /// Whether a segment that touches no triangle is inside.
+  virtual bool isInside(tree::SegmentId /*segment*/) const { return false; }
+  virtual index::TriangleId nearest(tree::SegmentId /*segment*/) const { return -1; }
+  ///@}
 
  protected:
   ~Pairing() = default;
@@ -94,8 +112,10 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   /// @param scale  the length in the frame of the pairing of a unit of the world
   void update(Pairing& pairing, double scale, Last last);
 
-  /// The pairs that touch are those whose slot is not negative.
+  /// The pairs that touch are those whose slot is not negative,
   const parallel::UnwrittenVector<Entry>& entries() const { return entries_; }
+  /// and the segments inside a solid that touch no triangle, each with its nearest. They ascend.
+  const std::vector<Entry>& inside() const { return inside_; }
   std::size_t touchingCount() const { return touching_count_; }
   /// Hands on the pairs that touch, as a search would.
   tree::Visit handOn(index::PairSink& sink) const;
@@ -125,6 +145,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
  private:
   using Entries = parallel::UnwrittenVector<Entry>;
 
+  static SegmentFlags segmentsOf(const Pairing& pairing, const Entries& entries);
   Sides sidesOf(const Pairing& pairing) const;
   void measure(const Pairing& pairing);
   bool isListed(const Pairing& pairing, Leaf k, Leaf l) const;
@@ -135,8 +156,10 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   void anchor(const Pairing& pairing);
   static std::vector<std::size_t> allNew(const Entries& entries);
   std::vector<std::size_t> test(const Pairing& pairing, const Entries& entries);
-  void take(Entries& entries, const std::vector<std::size_t>& changed,
-            const std::vector<Entry>& gone);
+  std::vector<Entry> findInside(const Pairing& pairing, const Entries& entries,
+                                const std::vector<std::size_t>& changed) const;
+  void take(Entries& entries, const std::vector<std::size_t>& changed, std::vector<Entry>& inside,
+            std::vector<Entry>& gone, bool may_go_on);
 
   /// What the anchors serve for.
   enum class State {
@@ -150,6 +173,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   double used_skin_ = 0;  ///< in the world's unit
   Counts counts_;
   Entries entries_;
+  std::vector<Entry> inside_;
   std::vector<Entry> begun_, ended_;
   std::vector<std::int32_t> free_;  ///< slots below slot_count_ that no pair has or has just had
   std::int32_t slot_count_ = 0;
@@ -160,6 +184,8 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   double covered_ = 0;  ///< how much nearer what is not listed may come; less because of rounding
   std::int64_t age_ = 0;  ///< updates since all segments were anchored
   Anchors anchors_[2];
+  MeshAnchors mesh_;
+  Inside sides_;
 };
 
 }  // namespace fcl_fibers::live

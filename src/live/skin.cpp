@@ -24,12 +24,19 @@ constexpr double kFewSegments = 128;
 
 bool Skin::wantsSpeed() const {
   return is_chosen_ && last_ == 0 && rest_ == 0 && segments_ >= kFewSegments &&
-         costOfSearch() > 2 * kMeasure * segments_;
+         search_ > 2 * kMeasure * segments_;
 }
 
 void Skin::setSearch(std::size_t segments, std::size_t seen) {
   segments_ = static_cast<double>(segments);
-  seen_ = static_cast<double>(seen);
+  search_ = kSearch * segments_ + kSeen * static_cast<double>(seen);
+}
+
+void Skin::setMeshSearch(std::size_t segments, std::size_t touching) {
+  // It hardly passes over what is far from the mesh.
+  constexpr double kShareOfFar = 1.0 / 12, kNear = 40;
+  segments_ = static_cast<double>(segments);
+  search_ = kNear * std::min(static_cast<double>(touching) + kShareOfFar * segments_, segments_);
 }
 
 void Skin::setFound(std::size_t listed, std::size_t touching) {
@@ -37,8 +44,6 @@ void Skin::setFound(std::size_t listed, std::size_t touching) {
   listed_skin_ = last_;
   near_ = static_cast<double>(listed - touching);
 }
-
-double Skin::costOfSearch() const { return kSearch * segments_ + kSeen * seen_; }
 
 /// The mean cost of an update with lists of this skin.
 double Skin::costOf(double skin, double speed) const {
@@ -49,7 +54,7 @@ double Skin::costOf(double skin, double speed) const {
   const double wider = listed_skin_ > 0 ? skin / listed_skin_ : skin;
   const double near = listed_skin_ > 0 ? near_ : touching_ + 0.1 * segments_;
   const double tests = touching_ + near * wider * std::max(1.0, std::sqrt(wider));
-  const double listing = costOfSearch() + kMeasure * segments_ + kListed * tests;
+  const double listing = search_ + kMeasure * segments_ + kListed * tests;
   const double update = kMeasure * segments_ + asked_ + tests;
   return (listing + lives * update) / (1 + std::floor(lives));
 }
@@ -62,7 +67,7 @@ double Skin::next() {
   }
   if (speed < 0) return last_ = 0;
   constexpr int kLeast = -3, kMost = 3;
-  double least = kWorth * costOfSearch(), best = 0;
+  double least = kWorth * search_, best = 0;
   for (int exponent = kLeast; exponent <= kMost; ++exponent) {
     const double skin = std::ldexp(1.0, exponent), cost = costOf(skin, speed);
     if (cost >= least) continue;

@@ -22,6 +22,8 @@ class Skin {
 
   /// Tells how many segments the last search had, and how many pairs with overlapping volumes.
   void setSearch(std::size_t segments, std::size_t seen);
+  /// Tells how many segments the last search for what touches a mesh had, and about how many touch.
+  void setMeshSearch(std::size_t segments, std::size_t touching);
   /// Tells how many pairs that search has found, and how many of them touch.
   void setFound(std::size_t listed, std::size_t touching);
   /// Tells by how much segments that are near each other come nearer in an update.
@@ -36,7 +38,7 @@ class Skin {
   bool wantsSpeed() const;
 
   /// What a search without a skin costs.
-  double costOfSearch() const;
+  double costOfSearch() const { return search_; }
 
  private:
   double costOf(double skin, double speed) const;
@@ -45,7 +47,7 @@ class Skin {
   double speed_ = -1;  ///< negative if it is not known
   double last_ = 0;    ///< what next() returned last
   double listed_skin_ = 0;
-  double segments_ = 0, seen_ = 0, asked_ = 0;
+  double segments_ = 0, search_ = 0, asked_ = 0;
   double near_ = 0, touching_ = 0;         ///< near: listed, and apart
   std::int64_t rest_ = 0, next_rest_ = 4;  ///< updates that search before it asks again
 };
