@@ -13,7 +13,7 @@ struct HelixParameters {
   int segments = 100;      ///< per fiber
   double radius = 0.0035;  ///< of a human hair
   std::uint64_t seed = 1;  ///< same seed, same scene
-  double frame = 0;        ///< time of the motion, in frames; may lie between two
+  int frame = 0;           ///< time step of the motion
 };
 
 /// Helices of 30 cm with the density of a human scalp, 325 roots a square centimetre. With e for a
