@@ -15,6 +15,7 @@ from . import _guard  # noqa: F401, before everything that it guards
 from ._contacts import Nodes, fiber_pairs
 from ._core import version as __version__
 from ._files import Fibers, FiberFileWarning, read, read_mesh, write
+from ._live import LiveChanges, LiveCounters, LivePairs
 from ._page import Page, show
 
 from ._shapes import BoxShape, CapsuleShape, HalfSpaceShape, PlaneShape, Shape, SphereShape
@@ -27,6 +28,9 @@ __all__ = [
     "FiberTree",
     "Fibers",
     "HalfSpaceShape",
+    "LiveChanges",
+    "LiveCounters",
+    "LivePairs",
     "Nodes",
     "Options",
     "Page",

@@ -702,7 +702,7 @@ def _limit(limit: Optional[int]) -> int:
     return int(found)
 
 
-def _core_of(other: Any, no_shape: str = "") -> Any:
+def _core_of(other: Any, no_shape: str = "", name: str = "other") -> Any:
     """The tree, mesh or shape of C++; `no_shape` tells why a shape is refused, if it is."""
     if other is None:
         return None
@@ -716,7 +716,7 @@ def _core_of(other: Any, no_shape: str = "") -> Any:
         "a FiberTree or a TriangleMesh" if no_shape else "a FiberTree, a TriangleMesh or a Shape"
     )
     reason = f": {no_shape}" if isinstance(other, Shape) else ""
-    raise TypeError(f"other is a {type(other).__name__}; give {kinds}{reason}")
+    raise TypeError(f"{name} is a {type(other).__name__}; give {kinds}{reason}")
 
 
 def _tree_of(other: Any, with_others: str) -> Any:

@@ -180,6 +180,7 @@ PYBIND11_MODULE(_core, module) {
   addMesh(module);
   addFibers(module);
   addTree(module);
+  addLivePairs(module);
   module.def("read", &readFile);
   module.def("read_mesh", &readMeshFile);
   module.def("write", &writeFile);
