@@ -231,7 +231,10 @@ bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry
   std::size_t all = 0;
   for (int i = 0; i < pairing.sideCount(); ++i) all += pairing.side(i).order->size();
   const auto most_asked = static_cast<std::int64_t>(skin_.costOfSearch()) + 1024;
-  Coverage coverage(sidesOf(pairing), covered_, pairing.margin(), most_asked,
+  // What is left of the skin bounds safe distances. If a program moved its points by these, and the
+  // list were renewed only once nothing is left, they would become less and less, and never end.
+  const double covered = told_distances_.exchange(false) ? 0.5 * covered_ : covered_;
+  Coverage coverage(sidesOf(pairing), covered, pairing.margin(), most_asked,
                     [&](Leaf k, Leaf l) { return isListed(pairing, k, l); });
   Coverage::Renewals renewals;
   Coverage::Leaves all_changed;
@@ -504,6 +507,7 @@ void LiveList::take(Entries& entries, const std::vector<std::size_t>& changed,
 void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
                                  std::vector<std::atomic<double>>* distances) const {
   constexpr double kInward = 1 - 0x1p-30;
+  told_distances_ = true;
   const int second = pairing.sideCount() - 1;
   // Half of what two segments may come nearer is for each of them.
   const auto lower = [&](int side, SegmentId id, double distance) {

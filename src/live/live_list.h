@@ -186,6 +186,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   Anchors anchors_[2];
   MeshAnchors mesh_;
   Inside sides_;
+  mutable std::atomic<bool> told_distances_{false};  ///< since the last update
 };
 
 }  // namespace fcl_fibers::live

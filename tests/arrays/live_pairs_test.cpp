@@ -372,5 +372,32 @@ TEST(LivePairs, SafeDistancesUseTheGap) {
   EXPECT_THROW(live.safeDistances(distances), std::invalid_argument);
 }
 
+// A solver whose steps are cut to these distances would come to rest in the middle of nowhere.
+TEST(LivePairs, SafeDistancesLetFibersArrive) {
+  // They slide along each other, further apart than the skin. Their boxes overlap.
+  MovingFibers<double> fibers;
+  for (const double y : {0.0, 0.5, 1.0}) {
+    for (const double x : {0.0, 1.0}) fibers.addPoint({x, x + y, x});
+    fibers.endFiber();
+  }
+  fibers.radii = {0.1};
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree, {0.1});
+  std::vector<double> distances;
+  double left = 1;
+  for (int step = 0; step < 100 && left > 0; ++step) {
+    live.update();
+    live.safeDistances(distances);
+    const double length = std::min(left, 0.99 * std::min(distances[0], distances[1]));
+    for (const std::size_t i : {0, 1}) {
+      fibers.points[i] += length * Eigen::Vector3d(1, 1, 1).normalized();
+    }
+    left -= length;
+    tree.update(fibers.view());
+  }
+  EXPECT_EQ(left, 0);
+}
+
 }  // namespace
 }  // namespace fcl_fibers
