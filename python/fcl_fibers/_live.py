@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Optional, Union
+from typing import Any, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -130,6 +130,25 @@ class LivePairs:
         They may be of segments that are no more.
         """
         return LiveChanges(*self._live.ended())
+
+    def safe_distances(
+        self, skip_touching: bool = False
+    ) -> Union[np.ndarray, Tuple[np.ndarray, np.ndarray]]:
+        """How far each point may move without a new contact: (points,) float64.
+
+        If no point moves further than its own distance, no two segments touch then that do not
+        touch now. It is half of the gap to the nearest segment that it is not to touch, less at
+        most half of the skin. Points of no segment have infinity.
+
+        skip_touching   pairs that touch do not count, because the program parts them; else their
+                        points have 0
+
+        With another tree or a mesh as the partner, two arrays are returned, and the points of both
+        may move at once. Neighbours and groups that are left out of the pairs do not count, and the
+        margin of the tree does. If the fibers have changed since update(), or if there is no list
+        because the skin is 0, ValueError is raised. Give LivePairs a skin to have one always.
+        """
+        return self._live.safe_distances(bool(skip_touching))
 
     def __len__(self) -> int:
         """The number of pairs that touch."""

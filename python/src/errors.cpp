@@ -19,6 +19,7 @@ std::string inPython(const std::string& text) {
   std::string result = std::regex_replace(text, call, "", std::regex_constants::format_first_only);
   const char* const names[][2] = {{"Report::kCapsules", "report='capsules'"},
                                   {"Volumes::kLayeredBoxes", "volumes='boxes'"},
+                                  {"LivePairs::update", "update"},
                                   {"Order::kFibers", "order='fibers'"},
                                   {"\\b([ab])\\.fiber\\b", "fiber_$1"}};
   for (const auto& [cpp, python] : names) {

@@ -84,6 +84,25 @@ class Live {
     return py::make_tuple(toNumPy(std::move(pairs)), toNumPy(std::move(slots)));
   }
 
+  /// Of the points of the tree, and of the partner if that is another one.
+  py::object safeDistances(bool skips_touching) const {
+    const Query own(tree_.users());
+    const std::optional<Query> others = queryOfPartner();
+    std::vector<double> distances, of_partner;
+    {
+      const Unlocked unlocked;
+      if (isOwn()) {
+        live_.safeDistances(distances, skips_touching);
+      } else {
+        live_.safeDistances(distances, of_partner, skips_touching);
+      }
+    }
+    const py::dtype type = py::dtype::of<double>();
+    if (isOwn()) return toArray(std::move(distances), type);
+    return py::make_tuple(toArray(std::move(distances), type),
+                          toArray(std::move(of_partner), type));
+  }
+
   /// Returns what a function of the pairs without arguments does.
   template <auto get>
   auto value() const {
@@ -113,9 +132,16 @@ class Live {
       return partner_.tree();
     }
   }
+  bool isOwn() const {
+    if constexpr (kIsOfMesh) {
+      return false;
+    } else {
+      return &partner_ == &tree_;
+    }
+  }
   std::optional<Query> queryOfPartner() const {
     if constexpr (!kIsOfMesh) {
-      if (&partner_ != &tree_) return std::optional<Query>(std::in_place, partner_.users());
+      if (!isOwn()) return std::optional<Query>(std::in_place, partner_.users());
     }
     return std::nullopt;
   }
@@ -153,6 +179,7 @@ void addLive(py::module_& module, const char* name) {
       .def("contacts", &One::contacts)
       .def("begun", &One::template changes<&Pairs::begun>)
       .def("ended", &One::template changes<&Pairs::ended>)
+      .def("safe_distances", &One::safeDistances)
       .def("counters", &One::counters)
       .def_property_readonly("count", &One::template value<&Pairs::count>)
       .def_property_readonly("slot_count", &One::template value<&Pairs::slotCount>)

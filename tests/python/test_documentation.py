@@ -69,6 +69,7 @@ def test_help_tells_shapes_and_units():
         (fcl_fibers.FiberTree.accumulate, ["(points, 3)", "(n, 3)", "opposite", "ValueError"]),
         (fcl_fibers.LivePairs, ["unit of the points", "RuntimeError", "tree.update(points)"]),
         (fcl_fibers.LivePairs.pairs, ["(n, 2) int32", "order"]),
+        (fcl_fibers.LivePairs.safe_distances, ["(points,) float64", "infinity", "ValueError"]),
         (fcl_fibers.LivePairs.slots, ["(n,) int32", "order of pairs()"]),
         (fcl_fibers.fiber_pairs, ["contacts[begin:end]", "deepest", "order"]),
         (fcl_fibers.flat, ["point_a_x", "weight_0", "no copy"]),
