@@ -174,7 +174,7 @@ int main(int argc, char** argv) {
       if (std::abs(p.z - kBand) < 1) width = std::max(width, 2 * std::sqrt(p.x * p.x + p.y * p.y));
     }
     std::printf(
-        "iteration %3d: %4zu pairs are near, %4zu points are cut, the least gap is %.4f, "
+        "iteration %d: %zu pairs are near, %zu points are cut, the least gap is %.4f, "
         "the waist is %.1f wide\n",
         iteration, contacts.size(), cut, gap, width + 2 * kRadius);
     if (argc > 1) write(argv[1], iteration, points);

@@ -3,7 +3,9 @@
 """The pictures of docs/tutorials, of the files that the examples write:
 
     mkdir out
-    for name in swap hair_step gust hair_head harness obstacles; do build-examples/$name out; done
+    for name in swap hair_step gust hair_head harness obstacles safe_steps; do
+      build-examples/$name out
+    done
     build-examples/yarn out/knit.vtp
     docs/pictures/tutorials.py out docs/images/tutorials
 """
@@ -186,9 +188,34 @@ def yarn(folder):
     return figure
 
 
+def safe_steps(folder):
+    """The tassel from the side, and cut across where the band is."""
+    figure, axes = plt.subplots(2, 3, figsize=(8, 6.4), height_ratios=(1.6, 1), sharex=True)
+    for iteration, (view, section) in zip((0, 200, 500), axes.T):
+        fibers = read(folder / f"safe_steps_{iteration}.vtp")[1]
+        # From the back to the front.
+        fibers.sort(key=lambda fiber: -fiber[0][1])
+        for fiber in fibers:
+            view.plot(*zip(*map(side, fiber)), color="white", linewidth=3.4)
+            view.plot(*zip(*map(side, fiber)), color=HAIR, linewidth=2.4)
+        view.axhline(-60, color=RED, linewidth=1, linestyle=":")
+        view.set_title(f"iteration {iteration}")
+        for fiber in fibers:
+            for p, q in zip(fiber, fiber[1:]):
+                if (p[2] > -60) != (q[2] > -60):
+                    t = (-60 - p[2]) / (q[2] - p[2])
+                    middle = p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])
+                    section.add_patch(plt.Circle(middle, 1, facecolor=HAIR, linewidth=0))
+        view.set(aspect="equal", ylim=(-125, 3))
+        section.set(aspect="equal", xlim=(-32, 32), ylim=(-26, 26))
+        view.axis("off")
+        section.axis("off")
+    return figure
+
+
 def main():
     folder, to = map(Path, sys.argv[1:])
-    for draw_one in (swap, hair_step, gust, hair_head, harness, obstacles, yarn):
+    for draw_one in (swap, hair_step, gust, hair_head, harness, obstacles, yarn, safe_steps):
         figure = draw_one(folder)
         figure.tight_layout()
         drawn = io.BytesIO()
