@@ -23,7 +23,8 @@ NAVIGATION = {
     "Tutorials": [
         f"tutorials/{name}"
         for name in (
-            "swap shadow own_manager hair_step gust hair_head harness obstacles yarn python"
+            "swap shadow own_manager hair_step live_pairs gust hair_head harness obstacles yarn "
+            "python"
         ).split()
     ],
     "Guide": ["options", "files", "contacts", "program", "python", "threads", "gallery", "faq"],

@@ -34,6 +34,7 @@
 #include "contacts_5_includes.inc"
 #include "files_0_includes.inc"
 #include "files_1_includes.inc"
+#include "live_pairs_0_includes.inc"
 #include "options_0_includes.inc"
 #include "options_1_includes.inc"
 #include "options_2_includes.inc"
@@ -294,6 +295,32 @@ TEST(Threads, AddUpForThemselves) {
 #include "threads_0_code.inc"
   // clang-format on
   EXPECT_NEAR(*std::min_element(deepest.begin(), deepest.end()), 0.15 - 2 * 0.1, 1e-12);
+}
+
+TEST(LivePairs, OfTheTutorial) {
+  fcl_fibers::FiberPolylines scene = crossing();
+  auto fibers = fiberArrays(scene);
+  fcl_fibers::FiberTree other;
+  const auto others = fibers;
+  other.build(others);
+  int pushes = 0;
+  const auto moveFibers = [&] { scene.points[5][2] = scene.points[6][2] = 0.125; };
+  const auto push = [&](const fcl_fibers::Contact& contact, auto& slid) {
+    EXPECT_NEAR(contact.distance, 0.125 - 2 * 0.1, 1e-12);
+    EXPECT_EQ(slid.x, 0);
+    ++pushes;
+  };
+  // clang-format off
+#include "live_pairs_0_code.inc"
+#include "live_pairs_1_code.inc"
+#include "live_pairs_4_code.inc"
+#include "live_pairs_8_code.inc"
+  // clang-format on
+  EXPECT_EQ(pairs.size(), 1u);
+  EXPECT_EQ(contacts.size(), 1u);
+  EXPECT_EQ(pushes, 1);
+  EXPECT_EQ(contacts_of_both.size(), of_both.count());
+  EXPECT_GT(of_both.count(), 2u);
 }
 
 TEST(Contacts, WithTheGround) {
