@@ -64,7 +64,9 @@ class LivePairs:
 
     A pair lives while it touches at each of consecutive updates. It has a slot, a small number for
     arrays of a program's own, such as friction or impulses. The slot is that of another pair only
-    after ended() has had the pair for one update. FiberTree.build() ends all pairs.
+    after ended() has had the pair for one update. FiberTree.build() ends all pairs. Those with a
+    mesh outlast its set_pose() and update(). A segment wholly inside a solid is paired with its
+    nearest triangle: if another one becomes the nearest, one pair ends and another one begins.
 
     While a tree has live pairs, FiberTree.update() without `end` reads and checks the points, and
     leaves it to the first search to refit the tree. After an update with `end`, the pairs are those
@@ -89,7 +91,8 @@ class LivePairs:
             raise ValueError(f"skin is {length}; give a finite length, or None to have one chosen")
         self._tree, self._partner = tree, partner
         core = _core_of(tree if partner is None else partner, NO_LIST, "partner")
-        self._live: Any = _core.LiveOfTrees(tree._tree, core, length)
+        kind = _core.LiveOfMesh if isinstance(partner, TriangleMesh) else _core.LiveOfTrees
+        self._live: Any = kind(tree._tree, core, length)
 
     def update(self) -> None:
         """Brings the pairs to where the fibers and the partner are now.
@@ -137,16 +140,17 @@ class LivePairs:
         """How far each point may move without a new contact: (points,) float64.
 
         If no point moves further than its own distance, no two segments touch then that do not
-        touch now. It is half of the gap to the nearest segment that it is not to touch, less at
-        most half of the skin. Points of no segment have infinity.
+        touch now. It is half of the gap to the nearest segment that it is not to touch, and at most
+        half of the skin. Points of no segment have infinity.
 
         skip_touching   pairs that touch do not count, because the program parts them; else their
                         points have 0
 
-        With another tree or a mesh as the partner, two arrays are returned, and the points of both
-        may move at once. Neighbours and groups that are left out of the pairs do not count, and the
-        margin of the tree does. If the fibers have changed since update(), or if there is no list
-        because the skin is 0, ValueError is raised. Give LivePairs a skin to have one always.
+        With another tree as the partner, two arrays are returned, and the points of both may move
+        at once. Neighbours and groups that are left out of the pairs do not count, and the margin
+        of the tree does. ValueError is raised if the partner is a mesh, if the fibers have changed
+        since update(), or if there is no list because the skin is 0. Give LivePairs a skin to have
+        one always.
         """
         return self._live.safe_distances(bool(skip_touching))
 

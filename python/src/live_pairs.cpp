@@ -189,6 +189,9 @@ void addLive(py::module_& module, const char* name) {
 
 }  // namespace
 
-void addLivePairs(py::module_& module) { addLive<Tree>(module, "LiveOfTrees"); }
+void addLivePairs(py::module_& module) {
+  addLive<Tree>(module, "LiveOfTrees");
+  addLive<TriangleMesh>(module, "LiveOfMesh");
+}
 
 }  // namespace fcl_fibers::python

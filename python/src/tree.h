@@ -417,7 +417,7 @@ class Tree {
 
 /// Adds the class Tree.
 void addTree(py::module_& module);
-/// Adds the classes LiveOfTrees, whose trees are those of addTree().
+/// Adds the classes LiveOfTrees and LiveOfMesh, whose trees are those of addTree().
 void addLivePairs(py::module_& module);
 
 }  // namespace fcl_fibers::python

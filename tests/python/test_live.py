@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import oracles
-from fcl_fibers import FiberTree, LivePairs, SphereShape
-from scenes import cross, random_scene
+from fcl_fibers import FiberTree, LivePairs, SphereShape, TriangleMesh
+from scenes import ball, cross, random_scene
 from test_contacts import tree_of
+from test_meshes import TURN, check_mesh_pairs
 from test_threads import LongVisit, in_threads
 
 
@@ -126,6 +127,61 @@ def test_pairs_of_two_trees():
         own, others = tree.nodes(contacts, other)
         assert np.array_equal(own.points[:, 0], pairs[:, 0])
         assert np.array_equal(others.points[:, 0], pairs[:, 1])
+
+
+# If it failed, hair would fall through a head that nods.
+@pytest.mark.parametrize("solid", [False, True])
+def test_pairs_with_a_mesh(solid):
+    random = np.random.default_rng(6)
+    scene = random_scene(15, fibers=60)
+    tree = tree_of(scene)
+    points, triangles = ball(rings=4, radius=0.4)
+    mesh = TriangleMesh(points, triangles, solid=solid)
+    live = LivePairs(tree, mesh)
+    story = Story(live)
+    for step in range(30):
+        moved(scene, random, step)
+        tree.update(scene.points)
+        if step % 2 == 0:
+            mesh.set_pose(TURN, (0.5, 0.5, 0.5 + 0.01 * step))
+        if step % 5 == 0:
+            mesh.update(points * (1 + 0.01 * step))
+        live.update()
+        pairs = story.check()
+        placed, _ = mesh.placed()
+        check_mesh_pairs(pairs, scene, placed[triangles], solid)
+        assert len(pairs) > 50
+        contacts = live.contacts()
+        assert np.array_equal(np.stack([contacts["segment"], contacts["triangle"]], 1), pairs)
+        keys = ["segment", "triangle"]
+        assert np.array_equal(
+            np.sort(contacts, order=keys), np.sort(tree.contacts(mesh), order=keys)
+        )
+    with pytest.raises(ValueError, match="mesh"):
+        live.safe_distances()
+
+
+# If it failed, a mesh that another thread places would be read in the middle of that.
+def test_a_mesh_moves_after_the_update():
+    points, offsets = cross()
+    tree = FiberTree()
+    tree.build(points, offsets, 0.25)
+    mesh = TriangleMesh([(-9, -9, 0.5), (9, -9, 0.5), (0, 9, 0.5)], [(0, 1, 2)])
+    live = LivePairs(tree, mesh)
+    kept = weakref.ref(mesh._mesh)
+    live.update()
+    assert len(live) == 0
+    mesh.set_pose(np.eye(3), (0, 0, -0.375))
+    assert len(live) == 0
+    live.update()
+    assert live.contacts()["distance"] == pytest.approx([-0.125, -0.125])
+    # Contacts are with the mesh where it is.
+    mesh.set_pose(np.eye(3), (0, 0, -0.25))
+    assert live.contacts()["distance"] == pytest.approx([0, 0])
+    del mesh
+    gc.collect()
+    live.update()
+    assert kept() is not None and len(live) == 2
 
 
 def test_a_tree_as_its_own_partner():
