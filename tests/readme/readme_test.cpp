@@ -35,6 +35,7 @@
 #include "files_0_includes.inc"
 #include "files_1_includes.inc"
 #include "live_pairs_0_includes.inc"
+#include "live_pairs_9_includes.inc"
 #include "options_0_includes.inc"
 #include "options_1_includes.inc"
 #include "options_2_includes.inc"
@@ -303,6 +304,10 @@ TEST(LivePairs, OfTheTutorial) {
   fcl_fibers::FiberTree other;
   const auto others = fibers;
   other.build(others);
+  const double corners[] = {-1, -1, 0, 1, -1, 0, 0, 1, 0};
+  const std::int32_t triangle[] = {0, 1, 2};
+  fcl_fibers::TriangleMesh head(fcl_fibers::MeshArrays<double>{corners, 3, triangle, 1});
+  const fcl_fibers::MeshPose pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, -0.05}};
   int pushes = 0;
   const auto moveFibers = [&] { scene.points[5][2] = scene.points[6][2] = 0.125; };
   const auto push = [&](const fcl_fibers::Contact& contact, auto& slid) {
@@ -315,12 +320,14 @@ TEST(LivePairs, OfTheTutorial) {
 #include "live_pairs_1_code.inc"
 #include "live_pairs_4_code.inc"
 #include "live_pairs_8_code.inc"
+#include "live_pairs_9_code.inc"
   // clang-format on
   EXPECT_EQ(pairs.size(), 1u);
   EXPECT_EQ(contacts.size(), 1u);
   EXPECT_EQ(pushes, 1);
   EXPECT_EQ(contacts_of_both.size(), of_both.count());
   EXPECT_GT(of_both.count(), 2u);
+  EXPECT_GT(on_mesh.size(), 1u);
 }
 
 TEST(Contacts, WithTheGround) {
