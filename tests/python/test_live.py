@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import oracles
-from fcl_fibers import FiberTree, LivePairs, SphereShape, TriangleMesh
+from fcl_fibers import FiberTree, LivePairs, SphereShape, TriangleMesh, _core
 from scenes import ball, cross, random_scene
 from test_contacts import tree_of
 from test_meshes import TURN, check_mesh_pairs
@@ -285,14 +285,20 @@ def test_the_tree_and_the_partner_are_kept():
     tree.build(points, offsets, 0.25)
     other.build(points + 0.1, offsets, 0.25)
     live = LivePairs(tree, other)
-    kept = weakref.ref(tree), weakref.ref(other), weakref.ref(tree._tree)
+    inner = _core.LiveOfTrees(tree._tree, other._tree, -1.0)
+    kept = weakref.ref(tree), weakref.ref(other), weakref.ref(tree._tree), weakref.ref(other._tree)
     del tree, other
     gc.collect()
     live.update()
     assert len(live.contacts()) == len(live) == 4
     del live
     gc.collect()
-    assert [one() for one in kept] == [None, None, None]
+    assert [one() is None for one in kept] == [True, True, False, False]
+    inner.update()
+    assert inner.count == 4
+    del inner
+    gc.collect()
+    assert [one() for one in kept] == [None] * 4
 
 
 def test_what_is_refused():
