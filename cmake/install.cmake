@@ -21,7 +21,7 @@ function(install_library component target)
 endfunction()
 
 install_library(tree fcl_fibers_tree
-  contact.h fiber_options.h fiber_polylines.h fiber_questions.h fiber_tree.h shapes.h
+  contact.h fiber_options.h fiber_polylines.h fiber_questions.h fiber_tree.h live_pairs.h shapes.h
   tree_export.h triangle_mesh.h version.h)
 if(FCL_FIBERS_BUILD_MANAGERS)
   install_library(managers fcl_fibers
