@@ -75,7 +75,7 @@ struct LivePairsCounters {
 template <class Partner = FiberTree>
 class LivePairs {
  public:
-  using Pair = FoundBy<Pairs, Partner>;
+  using Pair = FoundBy<Pairs, Partner>;  ///< a pair of the tree and the partner
 
   /// Begins without pairs. Throws std::invalid_argument if the skin is NaN or infinite, or if a
   /// tree has wrapped spheres or Report::kVolumes.
@@ -87,8 +87,11 @@ class LivePairs {
                                    const LivePairsOptions& options = {});
   ///@}
   FCL_FIBERS_TREE_EXPORT ~LivePairs();
+  /// Takes over the pairs of the other one, which then may only be assigned to or destroyed.
+  ///@{
   FCL_FIBERS_TREE_EXPORT LivePairs(LivePairs&&) noexcept;
   FCL_FIBERS_TREE_EXPORT LivePairs& operator=(LivePairs&&) noexcept;
+  ///@}
 
   /// Brings the pairs to where the fibers are now. No query of the tree may run meanwhile. Throws
   /// std::invalid_argument as FiberTree::find() of Pairs does, and if a query runs. After it has
@@ -136,7 +139,7 @@ class LivePairs {
 
   /// Writes for each point how far it may move, in the unit of the fibers, so that no two segments
   /// touch then that do not touch now: none do if no point moves further than its own distance. It
-  /// is half of the gap to the nearest segment that it is not to touch, less at most half of the
+  /// is half of the gap to the nearest segment that it is not to touch, and at most half of the
   /// skin. Points of a pair that touches get 0, unless such pairs are skipped because a program
   /// parts them. Points of no segment get infinity. Neighbours and groups that are left out of the
   /// pairs do not count, and the margin does. The second form writes the distances of the partner's
@@ -162,7 +165,7 @@ class LivePairs {
 
   /// Returns the skin at present, in the unit of the fibers; 0 if each update searches.
   FCL_FIBERS_TREE_EXPORT double skin() const;
-  FCL_FIBERS_TREE_EXPORT LivePairsCounters counters() const;
+  FCL_FIBERS_TREE_EXPORT LivePairsCounters counters() const;  ///< see LivePairsCounters
   /// Returns the bytes that the pairs hold, without those of the trees.
   FCL_FIBERS_TREE_EXPORT std::size_t memoryUsage() const;
 

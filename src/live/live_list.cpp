@@ -166,7 +166,7 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
     list(pairing, skin, last, listed, gone);
     if (skin <= 0) now = skin_.wantsSpeed() ? State::kAnchored : State::kNone;
     if (now != State::kNone) anchor(pairing);
-    age_ = 0;
+    age_ = asked_ = 0;
     used_skin_ = skin / scale;
   }
   Entries& entries = is_new ? listed : entries_;
@@ -230,7 +230,12 @@ bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry
   constexpr int kMostRounds = 24;
   std::size_t all = 0;
   for (int i = 0; i < pairing.sideCount(); ++i) all += pairing.side(i).order->size();
-  const auto most_asked = static_cast<std::int64_t>(skin_.costOfSearch()) + 1024;
+  // Once the list has cost about as much as a search for all, a new one costs less.
+  constexpr double kShareOfSearch = 0.25;
+  const auto most_asked =
+      std::max<std::int64_t>(
+          static_cast<std::int64_t>(kShareOfSearch * skin_.costOfSearch()) - asked_, 0) +
+      1024;
   // What is left of the skin bounds safe distances. If a program moved its points by these, and the
   // list were renewed only once nothing is left, they would become less and less, and never end.
   const double covered = told_distances_.exchange(false) ? 0.5 * covered_ : covered_;
@@ -239,6 +244,7 @@ bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry
   Coverage::Renewals renewals;
   Coverage::Leaves all_changed;
   const bool is_checked = coverage.check(renewals);
+  asked_ += most_asked - coverage.left();
   skin_.setAsked(static_cast<double>(most_asked - coverage.left()));
   if (!is_checked) return false;
   for (int round = 0; !(renewals[0].empty() && renewals[1].empty()); ++round) {

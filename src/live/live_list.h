@@ -182,7 +182,8 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   State state_ = State::kNone;
   double listed_ = 0;   ///< how much further apart than the margin what is listed is, in the frame
   double covered_ = 0;  ///< how much nearer what is not listed may come; less because of rounding
-  std::int64_t age_ = 0;  ///< updates since all segments were anchored
+  std::int64_t age_ = 0;    ///< updates since all segments were anchored
+  std::int64_t asked_ = 0;  ///< pairs of nodes asked about since then
   Anchors anchors_[2];
   MeshAnchors mesh_;
   Inside sides_;

@@ -89,20 +89,20 @@ TEST(LivePairs, AreListedSeldomWhileNeighboursMoveTogether) {
 
 // One fiber that whips would cost a search of all others in each step.
 TEST(LivePairs, AreRenewedWhereOneFiberWhips) {
-  MovingFibers<double> fibers = bundle(2, 600);
+  MovingFibers<double> fibers = bundle(2, 1500);
   FiberTree tree;
   tree.build(fibers.view());
   LivePairs live(tree, {0.04});
   LiveWatch<FiberTree> watch;
   Random random(3);
   for (int step = 0; step < 20; ++step) {
-    for (std::size_t i = 0; i < 9; ++i) fibers.points[i] += random.inCube(0.2);
+    for (std::size_t i = 0; i < 9; ++i) fibers.points[i] += random.inCube(0.1);
     tree.update(fibers.view());
     live.update();
     watch.check(live, tree);
   }
-  EXPECT_EQ(live.counters().listings, 1);
-  EXPECT_GT(live.counters().renewed_segments, 0);
+  EXPECT_LE(live.counters().listings, 8);
+  EXPECT_GT(live.counters().renewed_segments, 50);
 }
 
 // A whole frame of hair would be listed with a skin, in vain.
