@@ -6,7 +6,7 @@
 #
 #   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arrays,
-#              growth, obstacles, motion, pairs that live. 85 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
+#              growth, obstacles, motion, pairs that live. 57 minutes without the last. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion, narrow phases. 21 minutes.
 #              It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx

@@ -191,7 +191,7 @@ left_out_examples() {
 # The examples where only some of the libraries are installed, or FCL is not.
 fewer_examples() {
   local said config of_managers='swap shadow harness obstacles file_to_manager own_manager'
-  local of_io='hair_step hair_head gust yarn hair_contacts'
+  local of_io='hair_step hair_head safe_steps gust yarn hair_contacts'
   library g++ shared
   rm -rf "$work/fewer_examples"
   cp -a "$prefix" "$work/fewer_examples"

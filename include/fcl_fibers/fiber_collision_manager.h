@@ -33,8 +33,9 @@ struct TimedContact : Contact {
 /// FiberCollisionManager::findLivePairs(). `a` was registered first.
 template <typename S>
 struct LiveObjectPair {
-  fcl::CollisionObject<S>*a, *b;
-  std::int32_t slot;
+  fcl::CollisionObject<S>* a;  ///< one object
+  fcl::CollisionObject<S>* b;  ///< the other one
+  std::int32_t slot;           ///< below FiberCollisionManager::liveSlotCount()
 };
 
 /// Finds the pairs of objects that touch, or whose volumes overlap (see Report), among thousands of

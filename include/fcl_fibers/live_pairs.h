@@ -28,8 +28,8 @@ struct LivePairsOptions {
 /// A pair that touches, and the slot that it has as long as it does.
 template <class Pair>
 struct LivePair {
-  Pair pair;
-  std::int32_t slot;
+  Pair pair;          ///< what touches
+  std::int32_t slot;  ///< below LivePairs::slotCount()
 };
 
 /// What LivePairs have done so far, since they were constructed.
@@ -93,9 +93,10 @@ class LivePairs {
   FCL_FIBERS_TREE_EXPORT LivePairs& operator=(LivePairs&&) noexcept;
   ///@}
 
-  /// Brings the pairs to where the fibers are now. No query of the tree may run meanwhile. Throws
-  /// std::invalid_argument as FiberTree::find() of Pairs does, and if a query runs. After it has
-  /// thrown, all is as it was.
+  /// Brings the pairs to where the fibers are now. It may fit the tree, so no query of the tree may
+  /// run meanwhile, and no function of these pairs; of another tree as the partner it is a query.
+  /// Throws std::invalid_argument as FiberTree::find() of Pairs does, and if a query of the tree
+  /// runs. After it has thrown, the pairs and what began and ended are as they were.
   FCL_FIBERS_TREE_EXPORT void update();
 
   /// Returns how many pairs touch.
@@ -127,8 +128,8 @@ class LivePairs {
   FCL_FIBERS_TREE_EXPORT void find(std::vector<Pair>& pairs) const;
   FCL_FIBERS_TREE_EXPORT void find(std::vector<LivePair<Pair>>& pairs) const;
   ///@}
-  /// Does so with their contacts, where the fibers are now. Throws as FiberTree::writeContacts()
-  /// does.
+  /// Replaces the content of `contacts` by the contacts of these pairs, where the fibers are now.
+  /// Throws as FiberTree::writeContacts() does.
   template <typename S, class Found>
   void find(const Contacts<S>& question, std::vector<Found>& contacts) const {
     std::vector<Pair> pairs;
@@ -139,8 +140,9 @@ class LivePairs {
 
   /// Writes for each point how far it may move, in the unit of the fibers, so that no two segments
   /// touch then that do not touch now: none do if no point moves further than its own distance. It
-  /// is half of the gap to the nearest segment that it is not to touch, and at most half of the
-  /// skin. Points of a pair that touches get 0, unless such pairs are skipped because a program
+  /// is half of the gap to the nearest segment that it is not to touch, and at most half of what
+  /// is left of the skin: at least a quarter of the skin, if it is asked for after each update.
+  /// Points of a pair that touches get 0, unless such pairs are skipped because a program
   /// parts them. Points of no segment get infinity. Neighbours and groups that are left out of the
   /// pairs do not count, and the margin does. The second form writes the distances of the partner's
   /// points, too, which then may move at the same time; in the first one the partner's points may
@@ -180,7 +182,10 @@ class LivePairs {
   std::unique_ptr<Impl> impl_;
 };
 
+/// The pairs within a tree.
+///@{
 LivePairs(FiberTree&)->LivePairs<FiberTree>;
 LivePairs(FiberTree&, const LivePairsOptions&)->LivePairs<FiberTree>;
+///@}
 
 }  // namespace fcl_fibers

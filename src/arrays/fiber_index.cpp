@@ -2,6 +2,7 @@
 #include "arrays/fiber_index.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -75,6 +76,12 @@ std::uint32_t hashOf(std::uint64_t first, std::uint64_t second) {
   return static_cast<std::uint32_t>(x >> 32) | 1;
 }
 
+/// Returns another number each time, never 0.
+std::uint64_t newNumber() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
 std::uint32_t layoutOf(const FiberTable& table) {
   std::uint32_t layout = hashOf(0, static_cast<std::uint64_t>(table.idCount()));
   for (std::size_t f = 0; f < table.fiberCount(); ++f) {
@@ -111,13 +118,12 @@ void FiberIndex::build(const FiberArrays<S>& fibers) {
   FiberTable table = emptyTable();
   addFibers(fibers, table, index_.executor());
   rebuild("FiberTree::build", ArraySource<S>(fibers, largest), &table);
-  ++build_count_;
-  ++update_count_;
+  build_number_ = update_number_ = newNumber();
 }
 
 template <typename S>
 void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fibers) {
-  ++update_count_;
+  update_number_ = newNumber();
   parallel::Executor* const executor = index_.executor();
   double largest = checkArrays(start != nullptr ? kEnd : kUpdate, fibers, executor);
   if (start != nullptr) largest = std::max(largest, checkArrays(kStart, *start, executor));

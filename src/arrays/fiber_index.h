@@ -48,10 +48,10 @@ class FiberIndex {
   /// needs them.
   std::shared_ptr<const void> watch() const { return watch_; }
 
-  /// Changes with every build() and update().
-  std::size_t updateCount() const { return update_count_; }
-  /// Changes with every build(), which may give the names of segments to others.
-  std::size_t buildCount() const { return build_count_; }
+  /// The number of the last build() or update(), of all indexes.
+  std::uint64_t updateNumber() const { return update_number_; }
+  /// The number of the last build(), which may give the names of segments to others.
+  std::uint64_t buildNumber() const { return build_number_; }
 
   /// See FiberTree::segments().
   std::vector<std::int32_t> segments() const;
@@ -74,7 +74,7 @@ class FiberIndex {
   index::SegmentIndex index_;
   std::uint32_t layout_ = 0;
   bool is_valid_ = true;  ///< false after a build or an update has thrown
-  std::size_t build_count_ = 0, update_count_ = 0;
+  std::uint64_t build_number_ = 0, update_number_ = 0;
   std::shared_ptr<const void> watch_ = std::make_shared<char>();
 };
 

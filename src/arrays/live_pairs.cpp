@@ -220,7 +220,7 @@ class LivePairs<Partner>::Impl {
         fibers::throwInvalidArgument(kUpdate,
                                      "the trees have other topologies; construct them alike");
       }
-      if (watches_[0] == nullptr) watches_ = {own->watch(), other->watch()};
+      watches_ = {own->watch(), other->watch()};
       TreePairing pairing(*own, is_own ? nullptr : other.get());
       update(pairing, {Version::of(*own), Version::of(*other)});
     } else {
@@ -231,7 +231,7 @@ class LivePairs<Partner>::Impl {
                                      "the coordinates of the mesh overflow in the unit of the "
                                      "fibers; bring it nearer to them");
       }
-      if (watches_[0] == nullptr) watches_[0] = own->watch();
+      watches_[0] = own->watch();
       const MeshReader::Version mesh = MeshReader::version(partner_);
       MeshPairing pairing(*own, placed, mesh.points);
       update(pairing, {Version::of(*own), {mesh.triangles, 0, mesh.points, {}, placed.categories}});
@@ -281,9 +281,9 @@ class LivePairs<Partner>::Impl {
  private:
   /// What a list depends on besides the places of segments and triangles.
   struct Version {
-    std::uint64_t names = 0;   ///< FiberIndex::buildCount(), or of the mesh
+    std::uint64_t names = 0;   ///< FiberIndex::buildNumber(), or of the mesh
     std::uint64_t leaves = 0;  ///< SegmentIndex::buildCount()
-    std::uint64_t places = 0;  ///< FiberIndex::updateCount(), or of the mesh's points
+    std::uint64_t places = 0;  ///< FiberIndex::updateNumber(), or of the mesh's points
     Frame frame;
     tree::Categories categories;  ///< of the mesh
 
@@ -296,7 +296,7 @@ class LivePairs<Partner>::Impl {
              categories == other.categories;
     }
     static Version of(const FiberIndex& index) {
-      return {index.buildCount(), index->buildCount(), index.updateCount(), index->frame(), {}};
+      return {index.buildNumber(), index->buildCount(), index.updateNumber(), index->frame(), {}};
     }
   };
 
@@ -313,6 +313,8 @@ class LivePairs<Partner>::Impl {
   /// @param holders  how many hold the index if no query runs: the tree, and this call
   static void requireReady(const std::shared_ptr<FiberIndex>& index, long holders) {
     if (index.use_count() > holders) fibers::throwQueryRuns(kUpdate);
+    // A query of another thread may just have ended; see FiberTree::change().
+    std::shared_ptr<FiberIndex>(index).reset();
     requireNone(index->problem(/*needs_capsules=*/true));
   }
   static void requireNone(const char* problem) {

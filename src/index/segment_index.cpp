@@ -310,16 +310,16 @@ double SegmentIndex::readKept(KeptSegments& segments, const SegmentSource& sourc
 }
 
 void SegmentIndex::fitBeyond(double beyond) {
+  now_.reach = reachOf(now_);
+  fit_->is_due.store(true, std::memory_order_release);
   fitFromSegments(now_, padding() + beyond / 2 * frame().scale);
   is_loose_ = is_loose_ || hasDecayed(kLoose);
-  fit_->is_due.store(true, std::memory_order_release);
 }
 
 const SegmentIndex::End& SegmentIndex::fittedNow() const {
   const std::lock_guard<std::mutex> lock(fit_->mutex);
   if (fit_->is_due.load(std::memory_order_relaxed)) {
     fitFromSegments(now_, padding());
-    now_.reach = -1;
     is_loose_ = is_loose_ || hasDecayed(kLoose);
     fit_->is_due.store(false, std::memory_order_release);
   }
@@ -429,6 +429,7 @@ void SegmentIndex::forChunks(std::size_t count, F&& visit) const {
 
 bool SegmentIndex::refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved) {
   fitted();
+  now_.reach = -1;
   leaveStart(&ids);
   if (keepsSegments()) {
     for (std::size_t i = 0; i < ids.size(); ++i) now_.segments.set(ids[i], moved[i]);

@@ -315,7 +315,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     geometry::Frame frame;
     KeptSegments segments{/*share_ends=*/false};  ///< empty unless capsules are tested
     Tree tree;
-    double reach = -1;  ///< bounds the coordinates while the tree is not fitted; else negative
+    double reach = -1;  ///< bounds the coordinates; negative if the volumes tell
   };
   enum class Step {
     kNone,    ///< all rest

@@ -29,7 +29,8 @@ Vec3d pointOf(const SegmentsNow& now, const CapsuleEnd& end) {
 
 }  // namespace
 
-AnchoredEnds Anchors::anchored(const SegmentsNow& now, std::int32_t block) const {
+/// The ends of a block, without anchors.
+AnchoredEnds Anchors::endsOf(const SegmentsNow& now, std::int32_t block) const {
   const Leaf begin = block * kBlock, end = blockEnd(block);
   const SegmentId first = now.segments->begin();
   return {now.order->data() + begin,
@@ -38,7 +39,13 @@ AnchoredEnds Anchors::anchored(const SegmentsNow& now, std::int32_t block) const
           now.segments->range().capsule(first),
           now.segments->sharesEnds() ? std::size_t{1} : std::size_t{2},
           first,
-          anchors_.data() + begins_[static_cast<std::size_t>(block)]};
+          /*anchors=*/nullptr};
+}
+
+AnchoredEnds Anchors::anchored(const SegmentsNow& now, std::int32_t block) const {
+  AnchoredEnds ends = endsOf(now, block);
+  ends.anchors = anchors_.data() + begins_[static_cast<std::size_t>(block)];
+  return ends;
 }
 
 void Anchors::set(const SegmentsNow& now, parallel::Executor* executor) {
@@ -47,7 +54,7 @@ void Anchors::set(const SegmentsNow& now, parallel::Executor* executor) {
   resize(now.order->size());
   begins_.assign(static_cast<std::size_t>(blockCount()) + 1, 0);
   forBlocks(executor, [&](std::int32_t block) {
-    const AnchoredEnds ends = anchored(now, block);
+    const AnchoredEnds ends = endsOf(now, block);
     std::int32_t count = 2 * ends.count;
     for (int i = 0; i < ends.count; ++i) count -= ends.sharesSecond(i) ? 1 : 0;
     begins_[static_cast<std::size_t>(block) + 1] = count;
@@ -171,7 +178,7 @@ void Anchors::renew(const SegmentsNow& now, std::vector<Renewal> renewals,
     const CapsuleEnd* const capsule = ends.ends + ends.placeOf(ends.ids[i]);
     const std::size_t place = anchorOf(now, leaf);
     const bool is_followed = ends.sharesSecond(i);
-    for (const std::size_t k : {0, 1}) {
+    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
       const Vec3d p = back(pointOf(now, capsule[k]) - displacement);
       set(place + k, p, capsule[is_followed ? k : 0]);
       reach_ = std::max(reach_, maxNorm(p));

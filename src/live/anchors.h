@@ -66,6 +66,7 @@ class Anchors : public BlockTree {
   }
 
  private:
+  AnchoredEnds endsOf(const SegmentsNow& now, std::int32_t block) const;
   AnchoredEnds anchored(const SegmentsNow& now, std::int32_t block) const;
   std::size_t anchorOf(const SegmentsNow& now, Leaf leaf) const;
   void set(std::size_t place, const geometry::Vec3d& point, const geometry::CapsuleEnd& end);

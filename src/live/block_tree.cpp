@@ -48,6 +48,7 @@ void BlockTree::joinAbove() {
     }
   }
 }
+
 /// The median of the displacements of the blocks around one, by axis.
 Vec3d BlockTree::usualAround(std::int32_t block) const {
   // They are below the same node, three levels above.

@@ -135,11 +135,18 @@ Coverage::Coverage(const Sides& sides, double covered, double margin, std::int64
   }
 }
 
+/// How far apart two segments may be that are so far apart on every axis. Boxes touch if they are
+/// within the margin on every axis.
+double Coverage::reachOf(double distance) const {
+  constexpr double kDiagonal = 1.7320508075688774;  // above the root of 3
+  return sides_.have_boxes ? kDiagonal * distance : distance;
+}
+
 bool Coverage::covers(const BlockTree::Node& p, const BlockTree::Node& q) {
   --left_;
   const double approach = approachOf(p, q);
   return approach + wanted_ <= covered_ ||
-         areFurtherApart(p.where, q.where, approach + margin_ + wanted_);
+         areFurtherApart(p.where, q.where, reachOf(approach + margin_ + wanted_));
 }
 
 bool Coverage::check(Renewals& renewals) {
@@ -154,7 +161,8 @@ bool Coverage::findRests(double wanted, const TakeRest& take) {
   return visitUncovered([&](Leaf k, const BlockTree::Node& p, Leaf l, const BlockTree::Node& q) {
     if (is_listed_(k, l)) return;
     const double approach = approachOf(p, q);
-    take(k, l, std::max(covered_ - approach, gapOf(p.where, q.where) - margin_ - approach));
+    take(k, l,
+         std::max(covered_ - approach, gapOf(p.where, q.where) - reachOf(margin_ + approach)));
   });
 }
 
@@ -204,7 +212,7 @@ const BlockTree::BlockNodes& Coverage::nodesOf(int side, std::int32_t block) {
   return nodes_[static_cast<std::size_t>(place)];
 }
 
-/// Does so for the segments of two blocks.
+/// Calls take() for those of two blocks.
 void Coverage::visitUncoveredOf(std::int32_t i, std::int32_t j, const TakePair& take) {
   const int second = sides_.count - 1;
   const BlockTree &p = *sides_.anchors[0], &q = *sides_.anchors[second];

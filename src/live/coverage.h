@@ -24,6 +24,7 @@ struct Sides {
   int count;
   const BlockTree* anchors[2];
   bool keeps_second;  ///< whether only segments of the first side are anchored anew
+  bool have_boxes;    ///< whether a segment may be a box
   /// Writes the nodes of the leaves of a block of one side.
   std::function<void(int side, std::int32_t block, BlockTree::BlockNodes& nodes)> writeNodes;
 };
@@ -50,7 +51,7 @@ class Coverage {
   /// about too many pairs.
   bool check(Renewals& renewals);
 
-  /// Does so for the pairs of segments whose anchors have just changed.
+  /// Adds renewals for the pairs of segments whose anchors have just changed, in the same way.
   bool checkAround(const Leaves& changed, Renewals& renewals);
 
   /// Finds the pairs of segments that would not be covered if they came nearer by `wanted`. Calls
@@ -72,6 +73,7 @@ class Coverage {
   Place root(int side) const { return {sides_.anchors[side]->levelCount() - 1, 0}; }
   using TakePair =
       std::function<void(Leaf k, const BlockTree::Node& p, Leaf l, const BlockTree::Node& q)>;
+  double reachOf(double distance) const;
   bool covers(const BlockTree::Node& p, const BlockTree::Node& q);
   bool visitUncovered(const TakePair& take);
   bool visitUncovered(const Place& p, const Place& q, const TakePair& take);

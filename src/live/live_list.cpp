@@ -116,23 +116,12 @@ class SlotsOfPairs {
   std::vector<Entry> entries_;
 };
 
-/// Segments of which an end has another anchor, by name.
-class Marks {
- public:
-  Marks(const SegmentsNow& side, const std::vector<Leaf>& leaves)
-      : begin_(side.segments->begin()),
-        marks_(static_cast<std::size_t>(side.segments->end() - begin_)) {
-    for (const Leaf leaf : leaves)
-      marks_[placeOf((*side.order)[static_cast<std::size_t>(leaf)])] = true;
-  }
-  bool has(SegmentId id) const { return marks_[placeOf(id)]; }
-
- private:
-  std::size_t placeOf(SegmentId id) const { return static_cast<std::size_t>(id - begin_); }
-
-  SegmentId begin_;
-  std::vector<bool> marks_;
-};
+/// The segments of these leaves.
+SegmentFlags flagsOf(const SegmentsNow& side, const std::vector<Leaf>& leaves) {
+  SegmentFlags flags(side.segments->begin(), side.segments->end());
+  for (const Leaf leaf : leaves) flags.set((*side.order)[static_cast<std::size_t>(leaf)]);
+  return flags;
+}
 
 /// Whether a segment and a triangle are at most `reach` apart.
 bool areNear(const geometry::Segment& p, const geometry::Triangle& triangle, double reach) {
@@ -157,10 +146,10 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
     measure(pairing);
     skin_.setSpeed(usualApproach(sidesOf(pairing), unit) / (unit * static_cast<double>(age_)));
     serves = before == State::kListed && renew(pairing, listed, gone, is_new);
+    if (serves) counts_.longest_life = std::max(counts_.longest_life, age_);
   }
   State now = State::kListed;
   if (!serves) {
-    if (before == State::kListed) counts_.longest_life = std::max(counts_.longest_life, age_ - 1);
     const double skin = skin_.isChosen() ? skin_.next() * unit : fixed_ * scale;
     is_new = true;
     list(pairing, skin, last, listed, gone);
@@ -201,9 +190,15 @@ Sides LiveList::sidesOf(const Pairing& pairing) const {
     if (triangles != nullptr && side == 1) return mesh_.writeNodes(*triangles, block, nodes);
     anchors_[side].writeNodes(pairing.side(side), block, nodes);
   };
-  if (triangles != nullptr) return {2, {&anchors_[0], &mesh_}, /*keeps_second=*/true, writeNodes};
+  bool have_boxes = false;
+  for (int i = 0; i < pairing.sideCount(); ++i) {
+    have_boxes = have_boxes || pairing.side(i).segments->hasBoxes();
+  }
+  if (triangles != nullptr)
+    return {2, {&anchors_[0], &mesh_}, /*keeps_second=*/true, have_boxes, writeNodes};
   const int count = pairing.sideCount();
-  return {count, {&anchors_[0], &anchors_[count - 1]}, /*keeps_second=*/false, writeNodes};
+  return {
+      count, {&anchors_[0], &anchors_[count - 1]}, /*keeps_second=*/false, have_boxes, writeNodes};
 }
 
 /// Whether a pair is listed, by its anchors, or does not count.
@@ -282,8 +277,8 @@ void LiveList::relist(const Pairing& pairing, const Coverage::Leaves& changed, E
   const TrianglesNow* const triangles = pairing.triangles();
   const bool is_one = pairing.sideCount() == 1;
   const SegmentsNow &first = pairing.side(0), &second = pairing.side(is_one ? 0 : 1);
-  const Marks marks[2] = {Marks(first, changed[0]), Marks(second, changed[1])};
-  const Marks &first_marks = marks[0], &second_marks = marks[is_one ? 0 : 1];
+  const SegmentFlags marks[2] = {flagsOf(first, changed[0]), flagsOf(second, changed[1])};
+  const SegmentFlags &first_marks = marks[0], &second_marks = marks[is_one ? 0 : 1];
   counts_.renewed_segments += static_cast<std::int64_t>(changed[0].size() + changed[1].size());
   renewed.reserve(entries_.size());
   std::vector<Entry> touched;
@@ -538,17 +533,17 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
   for (int i = 0; i <= second; ++i) all += pairing.side(i).order->size();
   double wanted = std::max(covered_ - mostApproach(sidesOf(pairing)), 0.5 * covered_);
   std::vector<std::pair<Leaf, double>> rests[2];
-  for (bool is_found = false; !is_found; wanted = is_found ? wanted : 0.5 * wanted) {
+  const auto findRests = [&] {
     for (auto& side : rests) side.clear();
-    if (wanted < 0x1p-10 * covered_) wanted = 0;
     Coverage coverage(sidesOf(pairing), covered_, pairing.margin(),
                       kMostAsked * static_cast<std::int64_t>(all) + 1024,
                       [&](Leaf k, Leaf l) { return isListed(pairing, k, l); });
-    is_found = wanted == 0 || coverage.findRests(wanted, [&](Leaf k, Leaf l, double rest) {
+    return coverage.findRests(wanted, [&](Leaf k, Leaf l, double rest) {
       rests[0].emplace_back(k, rest);
       rests[second].emplace_back(l, rest);
     });
-  }
+  };
+  while (wanted > 0 && !findRests()) wanted = wanted > 0x1p-10 * covered_ ? 0.5 * wanted : 0;
   for (int side = 0; side <= second; ++side) {
     for (const SegmentId id : *pairing.side(side).order) lower(side, id, wanted);
     for (const auto& [leaf, rest] : rests[side]) lower(side, idOf(side, leaf), rest);

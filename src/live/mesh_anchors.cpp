@@ -129,7 +129,7 @@ void MeshAnchors::measurePoints(const TrianglesNow& now, parallel::Executor* exe
 }
 
 /// Bounds the displacements if the mesh's own points are those that were anchored. Its pose now
-/// after the inverse of its pose then takes an anchor to where the point is, but for the rounding
+/// after the inverse of its pose then takes an anchor to where the point is, up to the rounding
 /// of the anchor. So a displacement depends on the anchor alone, by a map that takes boxes to
 /// boxes.
 void MeshAnchors::measureWhole(const TrianglesNow& now) {

@@ -111,18 +111,6 @@ class Follower {
   std::size_t most_ = 0;
 };
 
-MeshPose poseOf(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position) {
-  MeshPose pose;
-  for (std::size_t row = 0; row < 3; ++row) {
-    const auto r = static_cast<Eigen::Index>(row);
-    for (std::size_t column = 0; column < 3; ++column) {
-      pose.rotation[3 * row + column] = rotation(r, static_cast<Eigen::Index>(column));
-    }
-    pose.position[row] = position[r];
-  }
-  return pose;
-}
-
 struct Scene {
   std::uint64_t seed;
   TriangleMesh::Kind kind;

@@ -175,6 +175,26 @@ TEST(LivePairs, EndWithABuildAndOutlastOtherTrees) {
   watch.checkAfterBuild(live, tree);
 }
 
+// The names of a tree that was assigned would be taken for those of the one before.
+TEST(LivePairs, EndIfTheTreeIsAnotherOne) {
+  MovingFibers<double> fibers = bundle(13);
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree);
+  LiveWatch<FiberTree> watch;
+  for (int i = 0; i < 3; ++i) {
+    live.update();
+    watch.check(live, tree);
+    tree.update(fibers.view());
+  }
+  for (std::size_t f = 0; f + 1 < fibers.fiberCount(); f += 2) fibers.swapFibers(f, f + 1);
+  FiberTree other;
+  other.build(fibers.view());
+  tree = std::move(other);
+  live.update();
+  watch.checkAfterBuild(live, tree);
+}
+
 // A failed update would lose pairs, or hand out changes twice.
 TEST(LivePairs, StayAsTheyWereIfTheTreeCannotBeRead) {
   MovingFibers<double> fibers = bundle(9);
@@ -357,7 +377,7 @@ TEST(LivePairs, SafeDistancesUseTheGap) {
     std::vector<double> distances;
     live.safeDistances(distances);
     const double possible = std::min(0.05, skin);
-    for (const std::size_t i : {0, 1}) {
+    for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
       EXPECT_GT(distances[i] + distances[i + 2], 0.9 * possible) << skin;
       EXPECT_LE(distances[i] + distances[i + 2], possible * (1 + 1e-12)) << skin;
     }
@@ -390,7 +410,7 @@ TEST(LivePairs, SafeDistancesLetFibersArrive) {
     live.update();
     live.safeDistances(distances);
     const double length = std::min(left, 0.99 * std::min(distances[0], distances[1]));
-    for (const std::size_t i : {0, 1}) {
+    for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
       fibers.points[i] += length * Eigen::Vector3d(1, 1, 1).normalized();
     }
     left -= length;

@@ -111,10 +111,7 @@ inline Triangles<double> boxMesh(const Eigen::Vector3d& low, const Eigen::Vector
   return mesh;
 }
 
-inline MeshPose randomPose(std::uint64_t seed, double away) {
-  Random random(seed);
-  const Eigen::Matrix3d rotation = random.rotation().toRotationMatrix();
-  const Eigen::Vector3d position = random.inCube(away);
+inline MeshPose poseOf(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position) {
   MeshPose pose;
   for (std::size_t row = 0; row < 3; ++row) {
     const auto r = static_cast<Eigen::Index>(row);
@@ -124,6 +121,12 @@ inline MeshPose randomPose(std::uint64_t seed, double away) {
     pose.position[row] = position[r];
   }
   return pose;
+}
+
+inline MeshPose randomPose(std::uint64_t seed, double away) {
+  Random random(seed);
+  const Eigen::Matrix3d rotation = random.rotation().toRotationMatrix();
+  return poseOf(rotation, random.inCube(away));
 }
 
 }  // namespace fcl_fibers::test

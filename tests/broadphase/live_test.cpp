@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -462,6 +463,31 @@ TYPED_TEST(LiveManagers, PairsBeginAnewIfAnObjectComesBack) {
   EXPECT_TRUE(begun.a == scene[1] && begun.b == scene[2]);
   EXPECT_EQ(ended.slot, (slots.at({scene[1], scene[2]})));
   EXPECT_NE(begun.slot, ended.slot);
+}
+
+// Boxes that come to the margin on every axis, and so are further apart than it along a diagonal,
+// would be taken for apart.
+TYPED_TEST(LiveManagers, BoxesTouchAcrossTheirCorners) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto addBox = [&](const Eigen::Vector3d& center) {
+    scene.addBox(center, Eigen::Quaterniond::Identity(), {1, 1, 1});
+  };
+  addBox({0, 0, 0});
+  addBox({3.05, 3.05, 0});
+  for (int i = 1; i <= 20; ++i) addBox({0, 0, 5.0 * i});
+  FiberManagerOptions options = byCapsules();
+  options.margin = 1;
+  options.skin = 1;
+  const auto manager = TypeParam::make(options);
+  manager->registerObjects(scene.objects());
+  manager->update();
+  EXPECT_TRUE(selfPairs<S>(*manager).empty());
+  // On each of two axes it comes from 2.05 to 0.95, and along the diagonal by 1.56.
+  translate<S>(*scene[1], {-1.1, -1.1, 0});
+  manager->update();
+  EXPECT_EQ(selfPairs<S>(*manager).size(), 1u);
+  EXPECT_EQ(livePairs<S>(*manager).size(), 1u);
 }
 
 // A pair would live on while its objects are apart, or be told again after a partial update.

@@ -624,14 +624,14 @@ TEST(LiveFaults, AnUpdateWithoutMemoryTellsNothing) {
   const auto make = [&] {
     std::unique_ptr<Manager> manager = makeLayeredAabbTree<double>(options);
     registerFibers<double>(*manager, scene);
-    for (const std::size_t pose : {0, 1}) {
+    for (const std::size_t pose : {std::size_t{0}, std::size_t{1}}) {
       place(pose);
       manager->update();
     }
     return manager;
   };
   // Without some, so that all is listed, and without so many that the others get new ids.
-  for (const std::size_t removed : {0, 5, 85}) {
+  for (const std::size_t removed : {std::size_t{0}, std::size_t{5}, std::size_t{85}}) {
     const auto makeLess = [&] {
       auto manager = make();
       for (std::size_t i = 0; i < removed; ++i) manager->unregisterObject(scene[i]);
