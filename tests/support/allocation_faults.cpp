@@ -39,10 +39,18 @@ void release(void* memory) noexcept {
 
 }  // namespace
 
-// The other forms of new and delete are defined by these.
+// The forms for arrays are defined by these. A sanitizer has forms of its own of all that is not
+// replaced here, whose memory release() could not free.
 void* operator new(std::size_t size) {
   if (fails()) throw std::bad_alloc();
   return counted(std::malloc(size > 0 ? size : 1));
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  try {
+    return operator new(size);
+  } catch (const std::bad_alloc&) {
+    return nullptr;
+  }
 }
 void* operator new(std::size_t size, std::align_val_t alignment) {
   if (fails()) throw std::bad_alloc();
