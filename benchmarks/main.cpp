@@ -80,8 +80,8 @@
 //                         fibers move against each other by 0.012 or 0.04 at most. "slow" adds
 //                         noise of 0.02. "weather": 20 steps of "slow" and 20 of storm take turns.
 //                         "creeping": from one frame of the scene to the next by 0.4 a step,
-//                         "frames": a whole frame a step. "touching", "renewed" segments and
-//                         "tested" pairs are means of the steps
+//                         "frames": a whole frame a step. "touching", "uncovered" and "tested"
+//                         pairs are means of the steps
 //   Growth/<segments>     the tree over plain arrays at some sizes of one density, or of the one
 //                         scene that is named, per segment
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for

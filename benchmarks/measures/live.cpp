@@ -227,7 +227,7 @@ void runSteps(const std::string& motion, const SceneRequest& request, Numbers& n
   numbers["skin"] = live->live().skin() / fibers.radius;
   numbers["listings"] = static_cast<double>(counters.listings);
   numbers["longest_life"] = static_cast<double>(counters.longest_life);
-  numbers["renewed"] = static_cast<double>(counters.renewed_segments) / updates;
+  numbers["uncovered"] = static_cast<double>(counters.uncovered_pairs) / updates;
   numbers["tested"] = static_cast<double>(counters.tested_pairs) / updates;
   numbers["tested_touching"] = static_cast<double>(counters.touching_pairs) / updates;
   numbers["bytes"] = static_cast<double>(live->live().memoryUsage());

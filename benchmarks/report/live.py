@@ -20,8 +20,8 @@ READ = (
     "writes displacements. Motions are those of a step, in radii."
 )
 COUNTS_READ = (
-    "Renewed are the segments whose pairs alone were listed again, in a step. In vain are the "
-    "pairs that were tested and did not touch. Bytes are those of the list, beside the tree."
+    "Uncovered are the pairs a segment that were tested in a step although not listed. In vain are "
+    "the pairs that were tested and did not touch. Bytes are those of the list, beside the tree."
 )
 
 
@@ -79,12 +79,12 @@ def table(parts):
 
 def counts(parts):
     header = ["scene and motion", "touching pairs a segment", "skin at the end, in radii", "steps"]
-    header += ["listings", "longest life", "renewed", "in vain", "bytes a segment"]
+    header += ["listings", "longest life", "uncovered", "in vain", "bytes a segment"]
     rows = []
     for run in runs_of(parts):
         row = [run.title, digits(run.of_segment("touching"), 2), digits(run.get("skin"), 2)]
         row += [count(run.get(key)) for key in ("steps", "listings", "longest_life")]
-        row.append(percent(run.get("renewed"), run.get("segments")))
+        row.append(digits(run.of_segment("uncovered"), 2))
         tested, found = run.get("tested"), run.get("tested_touching")
         row.append(percent(tested - found, tested) if tested else "-")
         rows.append([*row, digits(run.of_segment("bytes"), 2)])

@@ -34,12 +34,12 @@ struct LivePair {
 
 /// What LivePairs have done so far, since they were constructed.
 struct LivePairsCounters {
-  std::int64_t updates = 0;           ///< calls of update() that have not thrown
-  std::int64_t listings = 0;          ///< searches for all pairs, or for all within the skin
-  std::int64_t renewed_segments = 0;  ///< segments whose pairs alone were listed again
-  std::int64_t tested_pairs = 0;      ///< pairs that were tested, of all lists
-  std::int64_t touching_pairs = 0;    ///< those of them that touched; the others were in vain
-  std::int64_t longest_life = 0;      ///< the most updates that one listing of all pairs has served
+  std::int64_t updates = 0;          ///< calls of update() that have not thrown
+  std::int64_t listings = 0;         ///< searches for all pairs, or for all within the skin
+  std::int64_t uncovered_pairs = 0;  ///< tested though not listed, because they have moved far
+  std::int64_t tested_pairs = 0;     ///< pairs that were tested, of all lists
+  std::int64_t touching_pairs = 0;   ///< those of them that touched; the others were in vain
+  std::int64_t longest_life = 0;     ///< the most updates that one listing of all pairs has served
 };
 
 /// Keeps the pairs that touch while fibers move little from step to step, as they do in the steps

@@ -30,7 +30,7 @@ class LiveCounters(NamedTuple):
 
     updates            calls of update() that have not raised an exception
     listings           searches for all pairs, or for all within the skin
-    renewed_segments   segments whose pairs alone were listed again
+    uncovered_pairs    tested though not listed, because they have moved far
     tested_pairs       pairs that were tested, of all lists
     touching_pairs     those of them that touched; the others were in vain
     longest_life       the most updates that one listing of all pairs has served
@@ -38,7 +38,7 @@ class LiveCounters(NamedTuple):
 
     updates: int
     listings: int
-    renewed_segments: int
+    uncovered_pairs: int
     tested_pairs: int
     touching_pairs: int
     longest_life: int

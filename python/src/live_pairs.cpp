@@ -113,7 +113,7 @@ class Live {
   /// In the order of LivePairsCounters.
   py::tuple counters() const {
     const LivePairsCounters all = value<&LivePairs<Of>::counters>();
-    return py::make_tuple(all.updates, all.listings, all.renewed_segments, all.tested_pairs,
+    return py::make_tuple(all.updates, all.listings, all.uncovered_pairs, all.tested_pairs,
                           all.touching_pairs, all.longest_life);
   }
 

@@ -418,7 +418,7 @@ double LivePairs<Partner>::skin() const {
 template <class Partner>
 LivePairsCounters LivePairs<Partner>::counters() const {
   const LiveList::Counts& counts = impl_->list().counts();
-  return {counts.updates,      counts.listings,       counts.renewed_segments,
+  return {counts.updates,      counts.listings,       counts.uncovered_pairs,
           counts.tested_pairs, counts.touching_pairs, counts.longest_life};
 }
 template <class Partner>

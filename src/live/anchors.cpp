@@ -61,6 +61,10 @@ void Anchors::set(const SegmentsNow& now, parallel::Executor* executor) {
   });
   for (std::size_t i = 1; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
   anchors_.resize(static_cast<std::size_t>(begins_.back()));
+  // The anchors are the ends, rounded to float.
+  reach_ = now.reach;
+  const float rounding = roundedUp(reach_ * std::numeric_limits<float>::epsilon());
+  const Box moved{{-rounding, -rounding, -rounding}, {rounding, rounding, rounding}};
   forBlocks(executor, [&](std::int32_t block) {
     const AnchoredEnds ends = anchored(now, block);
     for (int i = ends.count; i < ends.count + ends.ahead; ++i) {
@@ -73,16 +77,9 @@ void Anchors::set(const SegmentsNow& now, parallel::Executor* executor) {
       set(place++, pointOf(now, capsule[0]), capsule[0]);
       if (!ends.sharesSecond(i)) set(place++, pointOf(now, capsule[1]), capsule[0]);
     }
-    bound(now, block);
+    setBlock(block, {boxAround(ends), moved, rounding});
   });
   joinAbove();
-  // The anchors are the ends, rounded to float.
-  reach_ = now.reach;
-  const float rounding = roundedUp(reach_ * std::numeric_limits<float>::epsilon());
-  for (Node& node : nodes_) {
-    node.moved = {{-rounding, -rounding, -rounding}, {rounding, rounding, rounding}};
-    node.growth = rounding;
-  }
 }
 
 /// @param end  at which the capsule or the box begins
@@ -115,16 +112,15 @@ void Anchors::measure(const SegmentsNow& now, const AffineMap& motion,
   error_ =
       64 * std::numeric_limits<double>::epsilon() * (now.reach + reach_ + maxNorm(motion.shift));
   forBlocks(executor, [&](std::int32_t block) {
-    Node& node = nodes_[static_cast<std::size_t>(block)];
-    const Box where = node.where;
-    node = measured(anchored(now, block));
-    node.where = where;
+    Node node = measured(anchored(now, block));
+    node.where = this->block(block).where;
+    setBlock(block, node);
   });
   joinAbove();
 }
 
 /// Bounds the displacements of a few segments.
-Anchors::Node Anchors::measured(const AnchoredEnds& ends) const {
+Node Anchors::measured(const AnchoredEnds& ends) const {
   const Displacements bounds = displacementsOf(ends, displacing_);
   Node node{Box::unbounded(), Box::unbounded(), roundedUp(bounds.growth)};
   if (!bounds.are_finite) return node;
@@ -141,65 +137,12 @@ void Anchors::writeNodes(const SegmentsNow& now, std::int32_t block, BlockNodes&
   one.count = 1;
   one.ahead = 0;
   for (int i = 0; i < all.count; ++i) {
-    Node& node = nodes[static_cast<std::size_t>(i)];
-    node = measured(one);
+    Node node = measured(one);
     node.where = boxAround(one);
+    nodes.set(i, node);
     one.anchors += all.sharesSecond(i) ? 1 : 2;
     ++one.ids;
   }
-}
-
-/// Bounds the anchors of a block.
-void Anchors::bound(const SegmentsNow& now, std::int32_t block) {
-  nodes_[static_cast<std::size_t>(block)].where = boxAround(anchored(now, block));
-}
-
-void Anchors::renew(const SegmentsNow& now, std::vector<Renewal> renewals,
-                    std::vector<Leaf>& changed) {
-  const AffineMap back = motion_.inverse();
-  std::stable_sort(renewals.begin(), renewals.end(),
-                   [](const Renewal& p, const Renewal& q) { return p.leaf < q.leaf; });
-  for (auto first = renewals.begin(); first != renewals.end();) {
-    const Leaf leaf = first->leaf;
-    const auto last = std::find_if(first, renewals.end(),
-                                   [leaf](const Renewal& renewal) { return renewal.leaf != leaf; });
-    Vec3d displacement{0, 0, 0};
-    for (double Vec3d::*axis : geometry::kAxes) {
-      const auto middle = first + (last - first) / 2;
-      std::nth_element(first, middle, last, [axis](const Renewal& p, const Renewal& q) {
-        return p.displacement.*axis < q.displacement.*axis;
-      });
-      displacement.*axis = middle->displacement.*axis;
-    }
-    first = last;
-
-    const int i = leaf % kBlock;
-    const AnchoredEnds ends = anchored(now, leaf / kBlock);
-    const CapsuleEnd* const capsule = ends.ends + ends.placeOf(ends.ids[i]);
-    const std::size_t place = anchorOf(now, leaf);
-    const bool is_followed = ends.sharesSecond(i);
-    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
-      const Vec3d p = back(pointOf(now, capsule[k]) - displacement);
-      set(place + k, p, capsule[is_followed ? k : 0]);
-      reach_ = std::max(reach_, maxNorm(p));
-    }
-    changed.push_back(leaf);
-    if (is_followed) changed.push_back(leaf + 1);
-    if (i > 0 && ends.sharesSecond(i - 1)) changed.push_back(leaf - 1);
-  }
-  std::sort(changed.begin(), changed.end());
-  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
-  for (auto leaf = changed.begin(); leaf != changed.end(); ++leaf) {
-    const std::int32_t block = *leaf / kBlock;
-    if (leaf != changed.begin() && leaf[-1] / kBlock == block) continue;
-    Node& node = nodes_[static_cast<std::size_t>(block)];
-    const Node before = node;
-    node = measured(anchored(now, block));
-    node.moved = join(node.moved, before.moved);
-    node.growth = std::max(node.growth, before.growth);
-    bound(now, block);
-  }
-  joinAbove();
 }
 
 void Anchors::sample(const SegmentsNow& now, std::vector<geometry::MovedPoint>& points) const {

@@ -28,8 +28,8 @@ struct SegmentsNow {
 
 /// Where the ends of segments were when their pairs were listed: their anchors.
 ///
-/// Any anchors are valid: they need not be places where the ends have ever been. An end that two
-/// segments of one block share has one anchor, and one in each block if they are of two.
+/// An end that two segments of one block share has one anchor, and one in each block if they are of
+/// two.
 class Anchors : public BlockTree {
  public:
   /// Anchors all ends where they are.
@@ -41,16 +41,6 @@ class Anchors : public BlockTree {
   void measure(const SegmentsNow& now, const geometry::AffineMap& motion,
                parallel::Executor* executor);
 
-  /// A segment that is to be anchored where it has this displacement now.
-  struct Renewal {
-    Leaf leaf;
-    geometry::Vec3d displacement;
-  };
-  /// Anchors segments anew; of several renewals of one, the median by axis counts. Adds all
-  /// segments of which an end has another anchor now to `changed`. The displacements of blocks
-  /// remain bounds.
-  void renew(const SegmentsNow& now, std::vector<Renewal> renewals, std::vector<Leaf>& changed);
-
   /// Writes the nodes of the segments of a block, by the last motion.
   void writeNodes(const SegmentsNow& now, std::int32_t block, BlockNodes& nodes) const;
 
@@ -61,7 +51,7 @@ class Anchors : public BlockTree {
   geometry::Segment segment(const SegmentsNow& now, Leaf leaf) const;
 
   std::size_t memoryUsage() const {
-    return anchors_.capacity() * sizeof(Anchor) + nodes_.capacity() * sizeof(Node) +
+    return anchors_.capacity() * sizeof(Anchor) + nodesMemory() +
            begins_.capacity() * sizeof(std::int32_t);
   }
 
@@ -71,7 +61,6 @@ class Anchors : public BlockTree {
   std::size_t anchorOf(const SegmentsNow& now, Leaf leaf) const;
   void set(std::size_t place, const geometry::Vec3d& point, const geometry::CapsuleEnd& end);
   Node measured(const AnchoredEnds& ends) const;
-  void bound(const SegmentsNow& now, std::int32_t block);
 
   double reach_ = 0;  ///< bounds the coordinates of anchors
   geometry::AffineMap motion_;

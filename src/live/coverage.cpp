@@ -18,12 +18,13 @@ using geometry::MovedPoint;
 using geometry::roundedDown;
 using geometry::roundedUp;
 using geometry::Vec3d;
+using simd::LaneMask;
 
 /// Makes up for the rounding of the few operations behind it.
 constexpr double kOutward = 1 + 64 * std::numeric_limits<double>::epsilon();
 
 /// Bounds how much nearer a segment of p and one of q have come. NaN counts as infinity.
-double approachOf(const BlockTree::Node& p, const BlockTree::Node& q) {
+double approachOf(const Node& p, const Node& q) {
   double squared = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const double d = std::max(double{p.moved.high[axis]} - double{q.moved.low[axis]},
@@ -34,22 +35,6 @@ double approachOf(const BlockTree::Node& p, const BlockTree::Node& q) {
   return approach >= 0 ? approach : std::numeric_limits<double>::infinity();
 }
 
-double squaredGap(const Box& p, const Box& q) {
-  double squared = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double gap = std::max({double{p.low[axis]} - double{q.high[axis]},
-                                 double{q.low[axis]} - double{p.high[axis]}, 0.0});
-    squared += gap * gap;
-  }
-  return squared;
-}
-/// A lower bound of how far apart two boxes are.
-double gapOf(const Box& p, const Box& q) { return std::sqrt(squaredGap(p, q)) / kOutward; }
-/// Whether two nodes are further apart than this. A box that is around everything is not.
-bool areFurtherApart(const Box& p, const Box& q, double distance) {
-  return squaredGap(p, q) > distance * distance * kOutward;
-}
-
 Box grown(Box box, double length) {
   for (int axis = 0; axis < 3; ++axis) {
     box.low[axis] = roundedDown(double{box.low[axis]} - length);
@@ -58,10 +43,173 @@ Box grown(Box box, double length) {
   return box;
 }
 
+/// Calls visit(lane) for the lanes of a mask, until it returns false. Returns whether it never did.
+template <class Visit>
+bool forLanes(LaneMask mask, const Visit& visit) {
+  for (; mask != 0; mask &= mask - 1) {
+    if (!visit(__builtin_ctz(mask))) return false;
+  }
+  return true;
+}
+
 double medianOf(std::vector<double>& numbers) {
   const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
   std::nth_element(numbers.begin(), middle, numbers.end());
   return *middle;
+}
+
+/// One visitUncovered().
+class Coverage {
+ public:
+  Coverage(const Sides& sides, double covered, double margin, std::int64_t& left,
+           const std::function<void(Leaf p, Leaf q)>& take)
+      : sides_(sides),
+        second_(sides.count - 1),
+        p_(*sides.anchors[0]),
+        q_(*sides.anchors[second_]),
+        cover_{roundedDown(covered), roundedUp(margin), sides.have_boxes ? kDiagonal : 1},
+        take_(take),
+        left_(left) {
+    for (int i = 0; i < sides_.count; ++i) {
+      places_[i].assign(static_cast<std::size_t>(sides_.anchors[i]->blockCount()), -1);
+    }
+  }
+
+  bool visit() {
+    const Place p{p_.levelCount() - 1, 0}, q{q_.levelCount() - 1, 0};
+    if (p.level < 0 || q.level < 0) return true;
+    const bool is_covered = uncoveredOfOne(p_.pack(p.level, 0), 0, q_.pack(q.level, 0), 1) == 0;
+    return is_covered || visit(p, q);
+  }
+
+ private:
+  /// Boxes touch if they are within the margin on every axis.
+  static constexpr float kDiagonal = 1.7320509F;  // above the root of 3
+  static constexpr int kArity = BlockTree::kArity;
+
+  struct Place {
+    int level;
+    std::int32_t node;
+  };
+  using Columns = std::array<LaneMask, static_cast<std::size_t>(kArity)>;
+
+  /// The nodes of q that are not covered with each node of p.
+  Columns uncovered(const NodePack& p, LaneMask rows, const NodePack& q, LaneMask columns) {
+    left_ -= __builtin_popcount(rows);
+    Columns found{};
+    findUncovered(p, rows, q, cover_, found.data());
+    for (LaneMask& mask : found) mask &= columns;
+    return found;
+  }
+  LaneMask uncoveredOfOne(const NodePack& p, int row, const NodePack& q, LaneMask columns) {
+    return uncovered(p, LaneMask{1} << row, q, columns)[static_cast<std::size_t>(row)];
+  }
+
+  /// @pre p and q are not covered
+  bool visit(const Place& p, const Place& q) {
+    if (left_ < 0) return false;
+    if (p.level == 0 && q.level == 0) {
+      visitLeaves(p.node, q.node);
+      return true;
+    }
+    // One node goes down alone until it is as far above the leaves as the other one.
+    if (p.level > q.level) {
+      const LaneMask children =
+          uncoveredOfOne(q_.pack(q.level, q.node / kArity), q.node % kArity,
+                         p_.pack(p.level - 1, p.node), p_.lanes(p.level - 1, p.node));
+      return forLanes(children, [&](int lane) {
+        return visit({p.level - 1, p.node * kArity + lane}, q);
+      });
+    }
+    if (p.level < q.level) {
+      const LaneMask children =
+          uncoveredOfOne(p_.pack(p.level, p.node / kArity), p.node % kArity,
+                         q_.pack(q.level - 1, q.node), q_.lanes(q.level - 1, q.node));
+      return forLanes(children, [&](int lane) {
+        return visit(p, {q.level - 1, q.node * kArity + lane});
+      });
+    }
+    const int level = p.level - 1;
+    const bool is_one = second_ == 0 && p.node == q.node;
+    const LaneMask rows = p_.lanes(level, p.node);
+    const Columns columns =
+        uncovered(p_.pack(level, p.node), rows, q_.pack(level, q.node), q_.lanes(level, q.node));
+    return forLanes(rows, [&](int row) {
+      const LaneMask first = is_one ? LaneMask{1} << row : 1;
+      return forLanes(columns[static_cast<std::size_t>(row)] & -first, [&](int column) {
+        return visit({level, p.node * kArity + row}, {level, q.node * kArity + column});
+      });
+    });
+  }
+
+  /// The nodes of the leaves of a block.
+  const BlockTree::BlockNodes& nodesOf(int side, std::int32_t block) {
+    std::int32_t& place = places_[side][static_cast<std::size_t>(block)];
+    if (place < 0) {
+      place = static_cast<std::int32_t>(nodes_.size());
+      sides_.writeNodes(side, block, nodes_.emplace_back());
+    }
+    return nodes_[static_cast<std::size_t>(place)];
+  }
+
+  /// Visits the leaves of two blocks.
+  void visitLeaves(std::int32_t i, std::int32_t j) {
+    nodesOf(0, i);  // may move the others
+    const BlockTree::BlockNodes& q_nodes = nodesOf(second_, j);
+    const BlockTree::BlockNodes& p_nodes = nodesOf(0, i);
+    const bool is_one = second_ == 0 && i == j;
+    constexpr int kPacks = BlockTree::kBlock / kArity;
+    for (int a = 0; a < kPacks; ++a) {
+      const NodePack& p = p_nodes.packs[a];
+      const LaneMask rows =
+          uncoveredOfOne(q_.pack(0, j / kArity), j % kArity, p, p_.leafLanes(i, a));
+      for (int b = is_one ? a : 0; rows != 0 && b < kPacks; ++b) {
+        const Columns columns = uncovered(p, rows, q_nodes.packs[b], q_.leafLanes(j, b));
+        forLanes(rows, [&](int row) {
+          const LaneMask first = is_one && a == b ? LaneMask{2} << row : 1;
+          return forLanes(columns[static_cast<std::size_t>(row)] & -first, [&](int column) {
+            // To take a pair costs about as much as to compare so many nodes.
+            constexpr std::int64_t kPrice = 8;
+            left_ -= kPrice;
+            take_(i * BlockTree::kBlock + a * kArity + row,
+                  j * BlockTree::kBlock + b * kArity + column);
+            return true;
+          });
+        });
+      }
+    }
+  }
+
+  const Sides& sides_;
+  const int second_;
+  const BlockTree &p_, &q_;
+  const Cover cover_;
+  const std::function<void(Leaf p, Leaf q)>& take_;
+  std::int64_t& left_;
+  /// The nodes of leaves of blocks that have been asked about, and where those of a block are.
+  std::vector<BlockTree::BlockNodes> nodes_;
+  std::vector<std::int32_t> places_[2];
+};
+
+/// Calls visit(block) for the blocks whose anchors and radii may be in a box.
+template <class Visit>
+void visitNear(const BlockTree& anchors, const Box& box, const Visit& visit) {
+  const auto overlaps = [&](const Box& where) {
+    bool all = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      all &= where.low[axis] <= box.high[axis] && box.low[axis] <= where.high[axis];
+    }
+    return all;
+  };
+  const auto below = [&](auto& self, int level, std::int32_t i) -> void {
+    if (!overlaps(anchors.node(level, i).where)) return;
+    if (level == 0) return visit(i);
+    forLanes(anchors.lanes(level - 1, i), [&](int lane) {
+      self(self, level - 1, i * BlockTree::kArity + lane);
+      return true;
+    });
+  };
+  if (anchors.levelCount() > 0) below(below, anchors.levelCount() - 1, 0);
 }
 
 /// The points, and how far a motion takes each from where it is, apart from what is common to all.
@@ -123,165 +271,9 @@ AffineMap commonMotion(const std::vector<MovedPoint>& points) {
   return rest_of_fit < kWorth * rest ? fit : AffineMap();
 }
 
-Coverage::Coverage(const Sides& sides, double covered, double margin, std::int64_t most,
-                   IsListed isListed)
-    : sides_(sides),
-      covered_(covered),
-      margin_(margin),
-      is_listed_(std::move(isListed)),
-      left_(most) {
-  for (int i = 0; i < sides_.count; ++i) {
-    places_[i].assign(static_cast<std::size_t>(sides_.anchors[i]->blockCount()), -1);
-  }
-}
-
-/// How far apart two segments may be that are so far apart on every axis. Boxes touch if they are
-/// within the margin on every axis.
-double Coverage::reachOf(double distance) const {
-  constexpr double kDiagonal = 1.7320508075688774;  // above the root of 3
-  return sides_.have_boxes ? kDiagonal * distance : distance;
-}
-
-bool Coverage::covers(const BlockTree::Node& p, const BlockTree::Node& q) {
-  --left_;
-  const double approach = approachOf(p, q);
-  return approach + wanted_ <= covered_ ||
-         areFurtherApart(p.where, q.where, reachOf(approach + margin_ + wanted_));
-}
-
-bool Coverage::check(Renewals& renewals) {
-  const int second = sides_.count - 1;
-  return visitUncovered([&](Leaf k, const BlockTree::Node& p, Leaf l, const BlockTree::Node& q) {
-    choose(0, k, p, second, l, q, renewals);
-  });
-}
-
-bool Coverage::findRests(double wanted, const TakeRest& take) {
-  wanted_ = wanted;
-  return visitUncovered([&](Leaf k, const BlockTree::Node& p, Leaf l, const BlockTree::Node& q) {
-    if (is_listed_(k, l)) return;
-    const double approach = approachOf(p, q);
-    take(k, l,
-         std::max(covered_ - approach, gapOf(p.where, q.where) - reachOf(margin_ + approach)));
-  });
-}
-
-/// Calls take(k, p, l, q) for the pairs of segments k and l, and their nodes p and q, that are not
-/// covered.
-bool Coverage::visitUncovered(const TakePair& take) {
-  const int second = sides_.count - 1;
-  if (root(0).level < 0 || root(second).level < 0) return true;
-  return visitUncovered(root(0), root(second), take);
-}
-
-bool Coverage::visitUncovered(const Place& p, const Place& q, const TakePair& take) {
-  const int second = sides_.count - 1;
-  if (covers(nodeAt(0, p), nodeAt(second, q))) return true;
-  if (left_ < 0) return false;
-  if (p.level == 0 && q.level == 0) {
-    visitUncoveredOf(p.node, q.node, take);
-    return true;
-  }
-  bool goes_on = true;
-  if (p.level > q.level) {
-    forChildren(*sides_.anchors[0], p.level, p.node, [&](std::int32_t child) {
-      goes_on = goes_on && visitUncovered({p.level - 1, child}, q, take);
-    });
-  } else if (q.level > p.level) {
-    forChildren(*sides_.anchors[second], q.level, q.node, [&](std::int32_t child) {
-      goes_on = goes_on && visitUncovered(p, {q.level - 1, child}, take);
-    });
-  } else {
-    const bool is_one = second == 0 && p.node == q.node;
-    forChildren(*sides_.anchors[0], p.level, p.node, [&](std::int32_t child) {
-      forChildren(*sides_.anchors[second], q.level, q.node, [&](std::int32_t other) {
-        if (is_one && other < child) return;
-        goes_on = goes_on && visitUncovered({p.level - 1, child}, {q.level - 1, other}, take);
-      });
-    });
-  }
-  return goes_on;
-}
-
-const BlockTree::BlockNodes& Coverage::nodesOf(int side, std::int32_t block) {
-  std::int32_t& place = places_[side][static_cast<std::size_t>(block)];
-  if (place < 0) {
-    place = static_cast<std::int32_t>(nodes_.size());
-    sides_.writeNodes(side, block, nodes_.emplace_back());
-  }
-  return nodes_[static_cast<std::size_t>(place)];
-}
-
-/// Calls take() for those of two blocks.
-void Coverage::visitUncoveredOf(std::int32_t i, std::int32_t j, const TakePair& take) {
-  const int second = sides_.count - 1;
-  const BlockTree &p = *sides_.anchors[0], &q = *sides_.anchors[second];
-  nodesOf(0, i);  // may move the others
-  const BlockTree::BlockNodes& q_nodes = nodesOf(second, j);
-  const BlockTree::BlockNodes& p_nodes = nodesOf(0, i);
-  const bool is_one = second == 0 && i == j;
-  for (Leaf k = i * BlockTree::kBlock; k < p.blockEnd(i); ++k) {
-    const BlockTree::Node& p_node = p_nodes[static_cast<std::size_t>(k % BlockTree::kBlock)];
-    if (covers(p_node, q.node(0, j))) continue;
-    for (Leaf l = is_one ? k + 1 : j * BlockTree::kBlock; l < q.blockEnd(j); ++l) {
-      const BlockTree::Node& q_node = q_nodes[static_cast<std::size_t>(l % BlockTree::kBlock)];
-      if (covers(p_node, q_node)) continue;
-      take(k, p_node, l, q_node);
-    }
-  }
-}
-
-/// Chooses which of two segments is to be anchored anew.
-void Coverage::choose(int p_side, Leaf k, const BlockTree::Node& p, int q_side, Leaf l,
-                      const BlockTree::Node& q, Renewals& renewals) const {
-  if (p_side == 0 ? is_listed_(k, l) : is_listed_(l, k)) return;
-  const auto deviationOf = [this](int side, Leaf leaf, const BlockTree::Node& node) {
-    return sides_.anchors[side]->deviationOf(node, leaf / BlockTree::kBlock);
-  };
-  if (sides_.keeps_second || deviationOf(p_side, k, p) >= deviationOf(q_side, l, q)) {
-    renewals[static_cast<std::size_t>(p_side)].push_back({k, tree::centerOfVolume(q.moved)});
-  } else {
-    renewals[static_cast<std::size_t>(q_side)].push_back({l, tree::centerOfVolume(p.moved)});
-  }
-}
-
-bool Coverage::checkAround(const Leaves& changed, Renewals& renewals) {
-  for (int side = 0; side < sides_.count; ++side) {
-    for (const Leaf leaf : changed[static_cast<std::size_t>(side)]) {
-      std::int32_t& place = places_[side][static_cast<std::size_t>(leaf / BlockTree::kBlock)];
-      if (place < 0) continue;
-      sides_.writeNodes(side, leaf / BlockTree::kBlock, nodes_[static_cast<std::size_t>(place)]);
-    }
-  }
-  for (int side = 0; side < sides_.count; ++side) {
-    const int other = sides_.count - 1 - side;
-    const BlockTree& q = *sides_.anchors[other];
-    for (const Leaf k : changed[static_cast<std::size_t>(side)]) {
-      const std::int32_t i = k / BlockTree::kBlock;
-      const BlockTree::Node p = nodesOf(side, i)[static_cast<std::size_t>(k % BlockTree::kBlock)];
-      const auto below = [&](auto& self, const Place& place) -> bool {
-        if (covers(p, nodeAt(other, place))) return true;
-        if (left_ < 0) return false;
-        if (place.level > 0) {
-          bool goes_on = true;
-          forChildren(q, place.level, place.node, [&](std::int32_t child) {
-            goes_on = goes_on && self(self, {place.level - 1, child});
-          });
-          return goes_on;
-        }
-        const BlockTree::BlockNodes& nodes = nodesOf(other, place.node);
-        for (Leaf l = place.node * BlockTree::kBlock; l < q.blockEnd(place.node); ++l) {
-          if (sides_.count == 1 && l == k) continue;
-          const BlockTree::Node& q_node = nodes[static_cast<std::size_t>(l % BlockTree::kBlock)];
-          if (covers(p, q_node)) continue;
-          choose(side, k, p, other, l, q_node, renewals);
-        }
-        return true;
-      };
-      if (root(other).level >= 0 && !below(below, root(other))) return false;
-    }
-  }
-  return true;
+bool visitUncovered(const Sides& sides, double covered, double margin, std::int64_t& left,
+                    const std::function<void(Leaf p, Leaf q)>& take) {
+  return Coverage(sides, covered, margin, left, take).visit();
 }
 
 double usualApproach(const Sides& sides, double distance) {
@@ -292,8 +284,8 @@ double usualApproach(const Sides& sides, double distance) {
     const BlockTree& anchors = *sides.anchors[i];
     const std::int32_t step = anchors.blockCount() / kMostBlocks + 1;
     for (std::int32_t block = 0; block < anchors.blockCount(); block += step) {
-      const BlockTree::Node& node = anchors.node(0, block);
-      if (!sides.keeps_second) {
+      const Node node = anchors.node(0, block);
+      if (!sides.is_mesh) {
         approaches.push_back(approachOf(node, node));
       } else if (i == 0) {
         visitNear(*sides.anchors[1], grown(node.where, distance), [&](std::int32_t other) {
@@ -311,7 +303,7 @@ double usualApproach(const Sides& sides, double distance) {
 double mostApproach(const Sides& sides) {
   const BlockTree &p = *sides.anchors[0], &q = *sides.anchors[sides.count - 1];
   if (p.levelCount() == 0 || q.levelCount() == 0) return 0;
-  return approachOf(p.node(p.levelCount() - 1, 0), q.node(q.levelCount() - 1, 0));
+  return approachOf(p.root(), q.root());
 }
 
 }  // namespace fcl_fibers::live

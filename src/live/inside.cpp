@@ -16,13 +16,6 @@ void Inside::set(const Pairing& pairing, const std::vector<SegmentId>& deep) {
   for (const SegmentId id : deep) deep_.set(id);
 }
 
-void Inside::renew(const Pairing& pairing, const std::vector<SegmentId>& renewed,
-                   const SegmentFlags& near) {
-  for (const SegmentId id : renewed) {
-    if (pairing.mayMeet(id)) deep_.set(id, !near.has(id) && pairing.isInside(id));
-  }
-}
-
 std::vector<SegmentId> Inside::find(const Pairing& pairing, const SegmentFlags& near,
                                     const SegmentFlags& touching) const {
   const index::KeptSegments& segments = *pairing.side(0).segments;
@@ -45,7 +38,7 @@ std::vector<SegmentId> Inside::find(const Pairing& pairing, const SegmentFlags& 
       } else {
         run.is_known = false;
       }
-    } else if (!deep_.has(id)) {
+    } else if (near.has(id) || !deep_.has(id)) {
       continue;
     }
     runs.push_back(run);

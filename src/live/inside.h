@@ -16,18 +16,14 @@ class Pairing;
 ///
 /// A segment without a listed triangle stays on its side of the surface as long as it is covered:
 /// on a path between two updates, along which each displacement changes linearly, it touches
-/// nothing. So its side is found when all is listed, and when it is anchored anew. Segments that
-/// have listed triangles and touch none of them are asked about at each update. Those that share
-/// an end and touch nothing are on one side, so one of them is asked.
+/// nothing. So its side is found when all is listed. Segments that have listed triangles and touch
+/// none of them are asked about at each update. Those that share an end and touch nothing are on
+/// one side, so one of them is asked.
 class Inside {
  public:
   /// Takes over what a listing has found.
   /// @param deep  the segments inside that have no listed triangle
   void set(const Pairing& pairing, const std::vector<tree::SegmentId>& deep);
-  /// Asks about segments that are anchored anew.
-  /// @param near  those that have listed triangles
-  void renew(const Pairing& pairing, const std::vector<tree::SegmentId>& renewed,
-             const SegmentFlags& near);
   void clear() { deep_ = SegmentFlags(); }
 
   /// Returns the segments that are inside now. They ascend.
@@ -38,7 +34,7 @@ class Inside {
   std::size_t memoryUsage() const { return deep_.memoryUsage(); }
 
  private:
-  SegmentFlags deep_;  ///< of those without listed triangles
+  SegmentFlags deep_;  ///< of those that had no listed triangles when all was listed
 };
 
 }  // namespace fcl_fibers::live

@@ -6,12 +6,14 @@
 #include <atomic>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
 #include "index/pair_search.h"
 #include "live/coverage.h"
+#include "live/segment_flags.h"
 
 namespace fcl_fibers::live {
 namespace {
@@ -116,12 +118,19 @@ class SlotsOfPairs {
   std::vector<Entry> entries_;
 };
 
-/// The segments of these leaves.
-SegmentFlags flagsOf(const SegmentsNow& side, const std::vector<Leaf>& leaves) {
-  SegmentFlags flags(side.segments->begin(), side.segments->end());
-  for (const Leaf leaf : leaves) flags.set((*side.order)[static_cast<std::size_t>(leaf)]);
+SegmentId firstOf(const Pair& pair) { return pair.a; }
+SegmentId firstOf(const Entry& entry) { return entry.pair.a; }
+
+/// The first segments of pairs.
+template <class Pairs>
+SegmentFlags segmentsOf(const Pairing& pairing, const Pairs& pairs) {
+  const index::KeptSegments& segments = *pairing.side(0).segments;
+  SegmentFlags flags(segments.begin(), segments.end());
+  for (const auto& pair : pairs) flags.set(firstOf(pair));
   return flags;
 }
+
+bool isBefore(const Pair& p, const Pair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; }
 
 /// Whether a segment and a triangle are at most `reach` apart.
 bool areNear(const geometry::Segment& p, const geometry::Triangle& triangle, double reach) {
@@ -140,25 +149,24 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
   Entries listed;
   std::vector<Entry> gone;
   const double unit = skin_.isChosen() && before != State::kNone ? pairing.usualReach() : 1;
-  bool serves = false, is_new = true;
+  bool serves = false;
   if (before != State::kNone) {
     ++age_;
     measure(pairing);
     skin_.setSpeed(usualApproach(sidesOf(pairing), unit) / (unit * static_cast<double>(age_)));
-    serves = before == State::kListed && renew(pairing, listed, gone, is_new);
+    serves = before == State::kListed && complete(pairing);
     if (serves) counts_.longest_life = std::max(counts_.longest_life, age_);
   }
   State now = State::kListed;
   if (!serves) {
     const double skin = skin_.isChosen() ? skin_.next() * unit : fixed_ * scale;
-    is_new = true;
     list(pairing, skin, last, listed, gone);
     if (skin <= 0) now = skin_.wantsSpeed() ? State::kAnchored : State::kNone;
     if (now != State::kNone) anchor(pairing);
     age_ = asked_ = 0;
     used_skin_ = skin / scale;
   }
-  Entries& entries = is_new ? listed : entries_;
+  Entries& entries = serves ? entries_ : listed;
   const bool all_touch = !serves && now != State::kListed;
   const std::vector<std::size_t> changed = all_touch ? allNew(entries) : test(pairing, entries);
   std::vector<Entry> inside;
@@ -195,145 +203,73 @@ Sides LiveList::sidesOf(const Pairing& pairing) const {
     have_boxes = have_boxes || pairing.side(i).segments->hasBoxes();
   }
   if (triangles != nullptr)
-    return {2, {&anchors_[0], &mesh_}, /*keeps_second=*/true, have_boxes, writeNodes};
+    return {2, {&anchors_[0], &mesh_}, /*is_mesh=*/true, have_boxes, writeNodes};
   const int count = pairing.sideCount();
-  return {
-      count, {&anchors_[0], &anchors_[count - 1]}, /*keeps_second=*/false, have_boxes, writeNodes};
+  return {count, {&anchors_[0], &anchors_[count - 1]}, /*is_mesh=*/false, have_boxes, writeNodes};
 }
 
-/// Whether a pair is listed, by its anchors, or does not count.
-bool LiveList::isListed(const Pairing& pairing, Leaf k, Leaf l) const {
+/// Returns the pair of two leaves if it counts and may not be listed, by its anchors.
+std::optional<Pair> LiveList::unlisted(const Pairing& pairing, Leaf k, Leaf l) const {
   const TrianglesNow* const triangles = pairing.triangles();
   const int second = pairing.sideCount() - 1;
   const SegmentsNow &first_now = pairing.side(0), &second_now = pairing.side(second);
-  const tree::SegmentIds& others = triangles != nullptr ? triangles->order() : *second_now.order;
-  Pair pair{(*first_now.order)[static_cast<std::size_t>(k)], others[static_cast<std::size_t>(l)]};
-  if (pairing.sift(&pair, 1) == 0) return true;
   const geometry::Segment p = anchors_[0].segment(first_now, k);
   const double reach = pairing.margin() + covered_;
-  if (triangles != nullptr) return areNear(p, mesh_.triangle(*triangles, l), reach);
-  return touch(p, anchors_[second].segment(second_now, l), reach, /*error=*/0);
+  const bool is_listed =
+      triangles != nullptr ? areNear(p, mesh_.triangle(*triangles, l), reach)
+                           : touch(p, anchors_[second].segment(second_now, l), reach, /*error=*/0);
+  if (is_listed) return std::nullopt;
+  const tree::SegmentIds& others = triangles != nullptr ? triangles->order() : *second_now.order;
+  Pair pair{(*first_now.order)[static_cast<std::size_t>(k)], others[static_cast<std::size_t>(l)]};
+  if (pairing.sift(&pair, 1) == 0) return std::nullopt;
+  return pair;
 }
 
-/// Makes the list complete by listing the pairs of some segments anew. Returns false if all have to
-/// be listed.
-/// @param is_renewed  whether `renewed` is the list; otherwise the old one is complete
-bool LiveList::renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone,
-                     bool& is_renewed) {
-  // Beyond these, to list all costs less.
-  constexpr std::size_t kMostSegments = 32;  // as a share of all
-  constexpr int kMostRounds = 24;
-  std::size_t all = 0;
-  for (int i = 0; i < pairing.sideCount(); ++i) all += pairing.side(i).order->size();
+/// Makes the list complete: of the pairs that are neither covered nor listed, it lists those that
+/// touch. Returns false if all have to be listed.
+bool LiveList::complete(const Pairing& pairing) {
   // Once the list has cost about as much as a search for all, a new one costs less.
   constexpr double kShareOfSearch = 0.25;
-  const auto most_asked =
+  const auto most =
       std::max<std::int64_t>(
           static_cast<std::int64_t>(kShareOfSearch * skin_.costOfSearch()) - asked_, 0) +
       1024;
   // What is left of the skin bounds safe distances. If a program moved its points by these, and the
   // list were renewed only once nothing is left, they would become less and less, and never end.
   const double covered = told_distances_.exchange(false) ? 0.5 * covered_ : covered_;
-  Coverage coverage(sidesOf(pairing), covered, pairing.margin(), most_asked,
-                    [&](Leaf k, Leaf l) { return isListed(pairing, k, l); });
-  Coverage::Renewals renewals;
-  Coverage::Leaves all_changed;
-  const bool is_checked = coverage.check(renewals);
-  asked_ += most_asked - coverage.left();
-  skin_.setAsked(static_cast<double>(most_asked - coverage.left()));
+  std::vector<Pair> missing;
+  std::int64_t left = most;
+  const bool is_checked =
+      visitUncovered(sidesOf(pairing), covered, pairing.margin(), left, [&](Leaf k, Leaf l) {
+        if (const std::optional<Pair> pair = unlisted(pairing, k, l)) missing.push_back(*pair);
+      });
+  asked_ += most - left;
+  skin_.setAsked(static_cast<double>(most - left));
   if (!is_checked) return false;
-  for (int round = 0; !(renewals[0].empty() && renewals[1].empty()); ++round) {
-    if (round == kMostRounds) return false;
-    Coverage::Leaves changed;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < 2; ++i) {
-      const SegmentsNow& now = pairing.side(std::min(static_cast<int>(i), pairing.sideCount() - 1));
-      // What is out of the range of float has no anchors that would do.
-      const bool is_finite =
-          std::all_of(renewals[i].begin(), renewals[i].end(), [](const Anchors::Renewal& renewal) {
-            const geometry::Vec3d& p = renewal.displacement;
-            return std::isfinite(p.x + p.y + p.z);
-          });
-      if (!is_finite) return false;
-      if (!renewals[i].empty()) anchors_[i].renew(now, std::move(renewals[i]), changed[i]);
-      renewals[i].clear();
-      std::vector<Leaf> both;
-      std::set_union(all_changed[i].begin(), all_changed[i].end(), changed[i].begin(),
-                     changed[i].end(), std::back_inserter(both));
-      all_changed[i] = std::move(both);
-      count += all_changed[i].size();
-    }
-    if (count > all / kMostSegments + 16) return false;
-    if (!coverage.checkAround(changed, renewals)) return false;
-  }
-  is_renewed = !(all_changed[0].empty() && all_changed[1].empty());
-  if (is_renewed) relist(pairing, all_changed, renewed, gone);
+  counts_.uncovered_pairs += static_cast<std::int64_t>(missing.size());
+  // A segment may pass through a surface from one update to the next. Those of a solid that have a
+  // listed triangle are asked on which side they are.
+  if (!pairing.isSolid()) missing.resize(pairing.keepTouching(missing.data(), missing.size()));
+  add(pairing, std::move(missing));
   return true;
 }
 
-/// Lists the pairs anew of which one segment has another anchor.
-void LiveList::relist(const Pairing& pairing, const Coverage::Leaves& changed, Entries& renewed,
-                      std::vector<Entry>& gone) {
-  const TrianglesNow* const triangles = pairing.triangles();
-  const bool is_one = pairing.sideCount() == 1;
-  const SegmentsNow &first = pairing.side(0), &second = pairing.side(is_one ? 0 : 1);
-  const SegmentFlags marks[2] = {flagsOf(first, changed[0]), flagsOf(second, changed[1])};
-  const SegmentFlags &first_marks = marks[0], &second_marks = marks[is_one ? 0 : 1];
-  counts_.renewed_segments += static_cast<std::int64_t>(changed[0].size() + changed[1].size());
-  renewed.reserve(entries_.size());
-  std::vector<Entry> touched;
+/// Lists the pairs that are not listed.
+void LiveList::add(const Pairing& pairing, std::vector<Pair> pairs) {
+  if (pairs.empty()) return;
+  std::sort(pairs.begin(), pairs.end(), isBefore);
+  std::vector<bool> are_listed(pairs.size());
+  const SegmentFlags flags = segmentsOf(pairing, pairs);
   for (const Entry& entry : entries_) {
-    const bool has_second = triangles == nullptr && second_marks.has(entry.pair.b);
-    if (!first_marks.has(entry.pair.a) && !has_second) {
-      renewed.push_back(entry);
-    } else if (entry.slot >= 0) {
-      touched.push_back(entry);
+    if (!flags.has(entry.pair.a)) continue;
+    const auto found = std::lower_bound(pairs.begin(), pairs.end(), entry.pair, isBefore);
+    if (found != pairs.end() && !isBefore(entry.pair, *found)) {
+      are_listed[static_cast<std::size_t>(found - pairs.begin())] = true;
     }
   }
-  SlotsOfPairs slots(touched);
-
-  const double reach = pairing.margin() + listed_;
-  std::vector<Pair> found;
-  // Lists the pairs of the changed segments of one side with all of the other.
-  const auto listOf = [&](int side) {
-    const int other = pairing.sideCount() - 1 - side;
-    const Anchors &own = anchors_[side], &its = anchors_[other];
-    const SegmentsNow &own_now = pairing.side(side), &its_now = pairing.side(other);
-    for (const Leaf k : changed[static_cast<std::size_t>(side)]) {
-      const SegmentId a = (*own_now.order)[static_cast<std::size_t>(k)];
-      const geometry::Segment p = own.segment(own_now, k);
-      visitNear(its, geometry::Box::around(p, reach), [&](std::int32_t block) {
-        for (Leaf l = block * Anchors::kBlock; l < its.blockEnd(block); ++l) {
-          const SegmentId b = (*its_now.order)[static_cast<std::size_t>(l)];
-          // A pair of two changed segments is found from one of them.
-          if (marks[other].has(b) && (is_one ? b <= a : side == 1)) continue;
-          if (!touch(p, its.segment(its_now, l), reach, /*error=*/0)) continue;
-          found.push_back(side == 0 ? Pair{a, b} : Pair{b, a});
-        }
-      });
-    }
-  };
-  if (triangles != nullptr) {
-    for (const Leaf k : changed[0]) {
-      const SegmentId a = (*first.order)[static_cast<std::size_t>(k)];
-      const geometry::Segment p = anchors_[0].segment(first, k);
-      visitNear(mesh_, geometry::Box::around(p, reach), [&](std::int32_t block) {
-        for (Leaf l = block * BlockTree::kBlock; l < mesh_.blockEnd(block); ++l) {
-          if (!areNear(p, mesh_.triangle(*triangles, l), reach)) continue;
-          found.push_back({a, triangles->order()[static_cast<std::size_t>(l)]});
-        }
-      });
-    }
-  } else {
-    for (int side = 0; side < pairing.sideCount(); ++side) listOf(side);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (!are_listed[i]) entries_.push_back({pairs[i], -1});
   }
-  found.resize(pairing.sift(found.data(), found.size()));
-  for (const Pair& pair : found) renewed.push_back({pair, slots.take(pair)});
-  slots.addRest(gone);
-  if (!pairing.isSolid()) return;
-  std::vector<SegmentId> asked;
-  for (const Leaf k : changed[0]) asked.push_back((*first.order)[static_cast<std::size_t>(k)]);
-  sides_.renew(pairing, asked, segmentsOf(pairing, renewed));
 }
 
 /// Lists all pairs.
@@ -423,13 +359,6 @@ std::vector<std::size_t> LiveList::test(const Pairing& pairing, const Entries& e
   std::vector<std::size_t> changed;
   for (const auto& part : found) changed.insert(changed.end(), part.begin(), part.end());
   return changed;
-}
-
-/// The segments of listed pairs.
-SegmentFlags LiveList::segmentsOf(const Pairing& pairing, const Entries& entries) {
-  SegmentFlags flags(pairing.side(0).segments->begin(), pairing.side(0).segments->end());
-  for (const Entry& entry : entries) flags.set(entry.pair.a);
-  return flags;
 }
 
 /// Finds what is inside a solid now. They have no slots yet.
@@ -523,30 +452,30 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
       }
     }
   };
-  const auto idOf = [&](int side, Leaf leaf) {
-    return (*pairing.side(side).order)[static_cast<std::size_t>(leaf)];
-  };
 
   // What is not listed: nearly the whole skin, or what is left of it where that is less.
-  constexpr std::int64_t kMostAsked = 16;
+  constexpr std::int64_t kMostAsked = 4;
   std::size_t all = 0;
   for (int i = 0; i <= second; ++i) all += pairing.side(i).order->size();
   double wanted = std::max(covered_ - mostApproach(sidesOf(pairing)), 0.5 * covered_);
-  std::vector<std::pair<Leaf, double>> rests[2];
-  const auto findRests = [&] {
-    for (auto& side : rests) side.clear();
-    Coverage coverage(sidesOf(pairing), covered_, pairing.margin(),
-                      kMostAsked * static_cast<std::int64_t>(all) + 1024,
-                      [&](Leaf k, Leaf l) { return isListed(pairing, k, l); });
-    return coverage.findRests(wanted, [&](Leaf k, Leaf l, double rest) {
-      rests[0].emplace_back(k, rest);
-      rests[second].emplace_back(l, rest);
-    });
+  std::vector<Pair> uncovered;
+  const auto findUncovered = [&] {
+    uncovered.clear();
+    std::int64_t left = kMostAsked * static_cast<std::int64_t>(all) + 1024;
+    return visitUncovered(sidesOf(pairing), covered_ - wanted, pairing.margin() + wanted, left,
+                          [&](Leaf k, Leaf l) {
+                            const std::optional<Pair> pair = unlisted(pairing, k, l);
+                            if (pair) uncovered.push_back(*pair);
+                          });
   };
-  while (wanted > 0 && !findRests()) wanted = wanted > 0x1p-10 * covered_ ? 0.5 * wanted : 0;
+  while (wanted > 0 && !findUncovered()) wanted = wanted > 0x1p-10 * covered_ ? 0.5 * wanted : 0;
   for (int side = 0; side <= second; ++side) {
     for (const SegmentId id : *pairing.side(side).order) lower(side, id, wanted);
-    for (const auto& [leaf, rest] : rests[side]) lower(side, idOf(side, leaf), rest);
+  }
+  for (const Pair& pair : uncovered) {
+    const double gap = pairing.gapOf(pair);
+    lower(0, pair.a, gap);
+    lower(second, pair.b, gap);
   }
 
   constexpr std::size_t kTask = 8192;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <fcl_fibers/tree_export.h>
@@ -13,7 +14,6 @@
 #include "live/coverage.h"
 #include "live/inside.h"
 #include "live/mesh_anchors.h"
-#include "live/segment_flags.h"
 #include "live/skin.h"
 #include "parallel/executor.h"
 
@@ -76,8 +76,9 @@ class Pairing {
 
 /// The pairs that touch now, as a search would find them, without a search. It lists pairs within a
 /// skin beyond what touches, and tests these alone. As long as no pair that is not listed can have
-/// come near enough, which the displacements of nodes tell, the list is complete. Where they do
-/// not, the list is renewed; see docs/numerics.md for the proof.
+/// come near enough, which the displacements of nodes tell, the list is complete. Pairs of which
+/// they do not tell it are tested one by one, until it costs less to list all anew; see
+/// docs/numerics.md for the proof.
 ///
 /// After an update() has thrown, what touches is as it was before, and the next one lists anew.
 class FCL_FIBERS_TREE_EXPORT LiveList {
@@ -91,8 +92,8 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   /// What was done so far.
   struct Counts {
     std::int64_t updates = 0;
-    std::int64_t listings = 0;          ///< of all pairs
-    std::int64_t renewed_segments = 0;  ///< in listings of some
+    std::int64_t listings = 0;         ///< of all pairs
+    std::int64_t uncovered_pairs = 0;  ///< that were not listed, and tested
     std::int64_t tested_pairs = 0;
     std::int64_t touching_pairs = 0;  ///< of the tested ones
     std::int64_t longest_life = 0;    ///< updates that a listing of all pairs has served
@@ -145,13 +146,11 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
  private:
   using Entries = parallel::UnwrittenVector<Entry>;
 
-  static SegmentFlags segmentsOf(const Pairing& pairing, const Entries& entries);
   Sides sidesOf(const Pairing& pairing) const;
   void measure(const Pairing& pairing);
-  bool isListed(const Pairing& pairing, Leaf k, Leaf l) const;
-  bool renew(const Pairing& pairing, Entries& renewed, std::vector<Entry>& gone, bool& is_renewed);
-  void relist(const Pairing& pairing, const Coverage::Leaves& changed, Entries& renewed,
-              std::vector<Entry>& gone);
+  std::optional<tree::Pair> unlisted(const Pairing& pairing, Leaf k, Leaf l) const;
+  bool complete(const Pairing& pairing);
+  void add(const Pairing& pairing, std::vector<tree::Pair> pairs);
   void list(Pairing& pairing, double skin, Last last, Entries& listed, std::vector<Entry>& gone);
   void anchor(const Pairing& pairing);
   static std::vector<std::size_t> allNew(const Entries& entries);
@@ -183,7 +182,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   double listed_ = 0;   ///< how much further apart than the margin what is listed is, in the frame
   double covered_ = 0;  ///< how much nearer what is not listed may come; less because of rounding
   std::int64_t age_ = 0;    ///< updates since all segments were anchored
-  std::int64_t asked_ = 0;  ///< pairs of nodes asked about since then
+  std::int64_t asked_ = 0;  ///< nodes compared since then
   Anchors anchors_[2];
   MeshAnchors mesh_;
   Inside sides_;

@@ -77,15 +77,15 @@ void MeshAnchors::set(const TrianglesNow& now, parallel::Executor* executor) {
     for (Leaf leaf = i * kBlock; leaf < blockEnd(i); ++leaf) {
       for (const std::size_t point : cornersOf(now, leaf)) where.add(at(point));
     }
-    nodes_[static_cast<std::size_t>(i)] = {where.box(0), Box::unbounded(), 0};
+    setBlock(i, {where.box(0), Box::unbounded(), 0});
   });
   motion_ = {};
   measurePoints(now, executor);
   joinAbove();
   version_ = now.version;
   rounding_ = 0;
-  if (nodes_.empty()) return;
-  const Box& moved = nodes_.back().moved;
+  if (blockCount() == 0) return;
+  const Box moved = root().moved;
   for (int axis = 0; axis < 3; ++axis) {
     rounding_ += std::max(-double{moved.low[axis]}, double{moved.high[axis]});
   }
@@ -124,7 +124,7 @@ void MeshAnchors::measurePoints(const TrianglesNow& now, parallel::Executor* exe
     for (Leaf leaf = i * kBlock; leaf < blockEnd(i); ++leaf) {
       for (const std::size_t point : cornersOf(now, leaf)) moved.add(displacements[point]);
     }
-    nodes_[static_cast<std::size_t>(i)].moved = moved.box(error);
+    setBlock(i, {block(i).where, moved.box(error), 0});
   });
 }
 
@@ -140,7 +140,7 @@ void MeshAnchors::measureWhole(const TrianglesNow& now) {
   // A pose is a rotation up to 5e-3, so it takes a point and its anchor hardly further apart.
   const double error = 2 * rounding_ + errorOf(now);
   for (std::int32_t i = 0; i < blockCount(); ++i) {
-    Node& node = nodes_[static_cast<std::size_t>(i)];
+    Node node = block(i);
     const Vec3d middle = map(tree::centerOfVolume(node.where));
     Vec3d half{0, 0, 0};
     for (int k = 0; k < 3; ++k) {
@@ -151,6 +151,7 @@ void MeshAnchors::measureWhole(const TrianglesNow& now) {
     moved.add(middle - half);
     moved.add(middle + half);
     node.moved = moved.box(error);
+    setBlock(i, node);
   }
 }
 
@@ -162,7 +163,7 @@ void MeshAnchors::writeNodes(const TrianglesNow& now, std::int32_t block, BlockN
       where.add(at(point));
       moved.add(displacementOf(now, point));
     }
-    nodes[static_cast<std::size_t>(leaf % kBlock)] = {where.box(0), moved.box(error), 0};
+    nodes.set(leaf, {where.box(0), moved.box(error), 0});
   }
 }
 

@@ -47,9 +47,7 @@ class MeshAnchors : public BlockTree {
   /// A triangle as it was anchored.
   geometry::Triangle triangle(const TrianglesNow& now, Leaf leaf) const;
 
-  std::size_t memoryUsage() const {
-    return anchors_.capacity() * sizeof(Anchor) + nodes_.capacity() * sizeof(Node);
-  }
+  std::size_t memoryUsage() const { return anchors_.capacity() * sizeof(Anchor) + nodesMemory(); }
 
  private:
   geometry::Vec3d at(std::size_t point) const {

@@ -181,10 +181,15 @@ class Lanes {
         [&](int i) HWY_ATTR { return hn::IfThenElse(truth.truth[i], a.vector_[i], b.vector_[i]); });
   }
 
-  /// False in lanes where one of the two is NaN.
+  // Comparisons are false in lanes where one of the two is NaN.
   FCL_FIBERS_ALWAYS_INLINE friend Truth operator<=(const Lanes& a, const Lanes& b) {
     Truth truth;
     for (int i = 0; i < kVectors; ++i) truth.truth[i] = hn::Le(a.vector_[i], b.vector_[i]);
+    return truth;
+  }
+  FCL_FIBERS_ALWAYS_INLINE friend Truth operator<(const Lanes& a, const Lanes& b) {
+    Truth truth;
+    for (int i = 0; i < kVectors; ++i) truth.truth[i] = hn::Lt(a.vector_[i], b.vector_[i]);
     return truth;
   }
 

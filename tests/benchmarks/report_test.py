@@ -511,7 +511,7 @@ class ReportTest(unittest.TestCase):
         slow = {"without_step": [0.03, 0.06, 0.03], "with_step": [0.002, 0.002, 0.003]}
         slow |= {"without_total": [12.0, 9.0, 10.0], "with_total": 2.0, "loop": 0.001}
         slow |= {"with_longest": [0.09, 0.06, 0.09], "segments": 1e5, "bytes": 5.9e6}
-        slow |= {"listings": 12.0, "renewed": 2e3}
+        slow |= {"listings": 12.0, "uncovered": 2e3}
         slow |= {"touching": 2e5, "tested": 80.0, "tested_touching": 60.0}
         few = {"without_total": 0.93, "with_total": 1.0}
         self.put("live_helix", {"Live/slow/": slow, "Live/weather/": {"segments": 1e5}})
