@@ -267,6 +267,9 @@ void LiveList::add(const Pairing& pairing, std::vector<Pair> pairs) {
       are_listed[static_cast<std::size_t>(found - pairs.begin())] = true;
     }
   }
+  // A vector would double its memory by itself.
+  const std::size_t most = entries_.size() + pairs.size();
+  if (most > entries_.capacity()) entries_.reserve(std::max(most, entries_.size() / 8 * 9));
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (!are_listed[i]) entries_.push_back({pairs[i], -1});
   }
@@ -308,6 +311,8 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
     for (Entry& entry : listed) entry.slot = slots.take(entry.pair);
     slots.addRest(gone);
   }
+  // A list lasts, and its memory has grown by doubling.
+  if (skin > 0 && listed.capacity() / 9 * 8 > listed.size()) listed.shrink_to_fit();
   listed_ = skin;
 }
 
