@@ -112,16 +112,15 @@ void Anchors::measure(const SegmentsNow& now, const AffineMap& motion,
   error_ =
       64 * std::numeric_limits<double>::epsilon() * (now.reach + reach_ + maxNorm(motion.shift));
   forBlocks(executor, [&](std::int32_t block) {
-    Node node = measured(anchored(now, block));
+    Node node = nodeOf(displacementsOf(anchored(now, block), displacing_));
     node.where = this->block(block).where;
     setBlock(block, node);
   });
   joinAbove();
 }
 
-/// Bounds the displacements of a few segments.
-Node Anchors::measured(const AnchoredEnds& ends) const {
-  const Displacements bounds = displacementsOf(ends, displacing_);
+/// The node of a few segments, with a box around everything in place of that of their anchors.
+Node Anchors::nodeOf(const Displacements& bounds) const {
   Node node{Box::unbounded(), Box::unbounded(), roundedUp(bounds.growth)};
   if (!bounds.are_finite) return node;
   for (int axis = 0; axis < 3; ++axis) {
@@ -134,10 +133,12 @@ Node Anchors::measured(const AnchoredEnds& ends) const {
 void Anchors::writeNodes(const SegmentsNow& now, std::int32_t block, BlockNodes& nodes) const {
   AnchoredEnds one = anchored(now, block);
   const AnchoredEnds all = one;
+  std::array<Displacements, static_cast<std::size_t>(kBlock)> bounds;
+  eachDisplacement(all, displacing_, bounds.data());
   one.count = 1;
   one.ahead = 0;
   for (int i = 0; i < all.count; ++i) {
-    Node node = measured(one);
+    Node node = nodeOf(bounds[static_cast<std::size_t>(i)]);
     node.where = boxAround(one);
     nodes.set(i, node);
     one.anchors += all.sharesSecond(i) ? 1 : 2;

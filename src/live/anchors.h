@@ -60,7 +60,7 @@ class Anchors : public BlockTree {
   AnchoredEnds anchored(const SegmentsNow& now, std::int32_t block) const;
   std::size_t anchorOf(const SegmentsNow& now, Leaf leaf) const;
   void set(std::size_t place, const geometry::Vec3d& point, const geometry::CapsuleEnd& end);
-  Node measured(const AnchoredEnds& ends) const;
+  Node nodeOf(const Displacements& bounds) const;
 
   double reach_ = 0;  ///< bounds the coordinates of anchors
   geometry::AffineMap motion_;

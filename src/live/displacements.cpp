@@ -20,6 +20,12 @@ using Four = simd::HWY_NAMESPACE::Lanes<4, double>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+/// Bounds by how much radii have grown, by the least and the largest difference.
+FCL_FIBERS_ALWAYS_INLINE double growthOf(double least, double most) {
+  const bool is_box_or_capsule = least > -0.5 * kRadiusOfBox;
+  return is_box_or_capsule ? std::max(most, 0.0) : kInfinity;
+}
+
 /// Calls add(end, anchor) for the first ends of the segments, and addSecond(end, anchor) for those
 /// second ends that are not the first ones of the next. Most segments of a block follow each other
 /// along a fiber.
@@ -39,29 +45,48 @@ FCL_FIBERS_ALWAYS_INLINE void forEnds(const AnchoredEnds& all, const Add& add,
   }
 }
 
+/// Takes an end and its anchor to the displacement.
 /// @tparam kTurns  whether the motion of the anchors is more than a shift
+template <bool kTurns>
+class Displace {
+ public:
+  FCL_FIBERS_ALWAYS_INLINE explicit Displace(const Displacing& displacing)
+      : scale_(Four::load(displacing.scale)),
+        shift_(Four::load(displacing.shift)),
+        x_(Four::load(displacing.columns[0])),
+        y_(Four::load(displacing.columns[1])),
+        z_(Four::load(displacing.columns[2])),
+        w_(Four::load(displacing.columns[3])),
+        moved_(Four::load(displacing.moved)) {}
+
+  FCL_FIBERS_ALWAYS_INLINE Four operator()(const geometry::CapsuleEnd& from,
+                                           const Anchor& to) const {
+    const float* const a = to.numbers;
+    const Four end = Four::load(from.numbers) * scale_ + shift_;
+    Four anchor = moved_;
+    if constexpr (kTurns) {
+      anchor = anchor + Four::all(a[0]) * x_ + Four::all(a[1]) * y_ + Four::all(a[2]) * z_ +
+               Four::all(a[3]) * w_;
+    } else {
+      anchor = anchor + Four::promoted(a);
+    }
+    return end.unlessNaN(kRadiusOfBox) - anchor;
+  }
+
+ private:
+  Four scale_, shift_, x_, y_, z_, w_, moved_;
+};
+
 template <bool kTurns>
 FCL_FIBERS_ALWAYS_INLINE Displacements bounded(const AnchoredEnds& all,
                                                const Displacing& displacing) {
-  const Four scale = Four::load(displacing.scale), shift = Four::load(displacing.shift);
-  const Four x = Four::load(displacing.columns[0]), y = Four::load(displacing.columns[1]);
-  const Four z = Four::load(displacing.columns[2]), w = Four::load(displacing.columns[3]);
-  const Four moved = Four::load(displacing.moved);
+  const Displace<kTurns> displace(displacing);
   const Four nothing = Four::all(kInfinity), all_of_it = Four::all(-kInfinity);
   Four first_low = nothing, first_high = all_of_it, second_low = nothing, second_high = all_of_it;
   Four sum = Four::all(0);
   const auto add = [&](const geometry::CapsuleEnd& from, const Anchor& to, Four& low, Four& high)
                        HWY_ATTR {
-                         const float* const a = to.numbers;
-                         const Four end = Four::load(from.numbers) * scale + shift;
-                         Four anchor = moved;
-                         if constexpr (kTurns) {
-                           anchor = anchor + Four::all(a[0]) * x + Four::all(a[1]) * y +
-                                    Four::all(a[2]) * z + Four::all(a[3]) * w;
-                         } else {
-                           anchor = anchor + Four::promoted(a);
-                         }
-                         const Four displacement = end.unlessNaN(kRadiusOfBox) - anchor;
+                         const Four displacement = displace(from, to);
                          sum = sum + displacement;
                          low = min(low, displacement);
                          high = max(high, displacement);
@@ -81,8 +106,7 @@ FCL_FIBERS_ALWAYS_INLINE Displacements bounded(const AnchoredEnds& all,
     result.low[axis] = std::min(first[0][axis], second[0][axis]);
     result.high[axis] = std::max(first[1][axis], second[1][axis]);
   }
-  const bool is_box_or_capsule = first[0][3] > -0.5 * kRadiusOfBox;
-  result.growth = is_box_or_capsule ? std::max(first[1][3], 0.0) : kInfinity;
+  result.growth = growthOf(first[0][3], first[1][3]);
   // Minima and maxima may pass over NaN, and sums do not.
   result.are_finite = std::isfinite(sums[0] + sums[1] + sums[2]);
   return result;
@@ -90,6 +114,37 @@ FCL_FIBERS_ALWAYS_INLINE Displacements bounded(const AnchoredEnds& all,
 
 Displacements displacementsOf(const AnchoredEnds& ends, const Displacing& displacing) {
   return displacing.turns ? bounded<true>(ends, displacing) : bounded<false>(ends, displacing);
+}
+
+template <bool kTurns>
+FCL_FIBERS_ALWAYS_INLINE void boundEach(const AnchoredEnds& all, const Displacing& displacing,
+                                        Displacements* out) {
+  const Displace<kTurns> displace(displacing);
+  const Anchor* anchor = all.anchors;
+  double first[4], second[4];
+  for (int i = 0; i < all.count; ++i) {
+    const geometry::CapsuleEnd* const ends = &all.ends[all.placeOf(all.ids[i])];
+    if (i == 0 || !all.sharesSecond(i - 1)) {
+      displace(ends[0], anchor[0]).store(first);
+    } else {
+      std::copy(second, second + 4, first);
+    }
+    displace(ends[1], anchor[1]).store(second);
+    anchor += all.sharesSecond(i) ? 1 : 2;
+    double sum = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      out[i].low[axis] = std::min(first[axis], second[axis]);
+      out[i].high[axis] = std::max(first[axis], second[axis]);
+      sum += first[axis] + second[axis];
+    }
+    out[i].growth = growthOf(first[3], first[3]);
+    out[i].are_finite = std::isfinite(sum);
+  }
+}
+
+void eachDisplacement(const AnchoredEnds& ends, const Displacing& displacing, Displacements* out) {
+  displacing.turns ? boundEach<true>(ends, displacing, out)
+                   : boundEach<false>(ends, displacing, out);
 }
 
 }  // namespace fcl_fibers::live::HWY_NAMESPACE
@@ -101,9 +156,13 @@ HWY_AFTER_NAMESPACE();
 namespace fcl_fibers::live {
 
 HWY_EXPORT(displacementsOf);
+HWY_EXPORT(eachDisplacement);
 
 Displacements displacementsOf(const AnchoredEnds& ends, const Displacing& displacing) {
   return HWY_DYNAMIC_DISPATCH(displacementsOf)(ends, displacing);
+}
+void eachDisplacement(const AnchoredEnds& ends, const Displacing& displacing, Displacements* out) {
+  HWY_DYNAMIC_DISPATCH(eachDisplacement)(ends, displacing, out);
 }
 
 geometry::Box boxAround(const AnchoredEnds& ends) {

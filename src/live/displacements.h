@@ -63,5 +63,7 @@ struct Displacements {
   bool are_finite;
 };
 Displacements displacementsOf(const AnchoredEnds& ends, const Displacing& displacing);
+/// Writes those of each segment.
+void eachDisplacement(const AnchoredEnds& ends, const Displacing& displacing, Displacements* out);
 
 }  // namespace fcl_fibers::live
