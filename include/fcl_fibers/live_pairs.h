@@ -148,8 +148,15 @@ class LivePairs {
   /// points, too, which then may move at the same time; in the first one the partner's points may
   /// as well.
   ///
-  /// Throws std::invalid_argument if the trees have changed since update(), if the partner is a
-  /// mesh, or if there is no list: if skin() is 0. To have one always, give LivePairsOptions::skin.
+  /// With a mesh, they are such that no segment touches the mesh then, or is inside a solid, that
+  /// does not now. The mesh stays where it is, so they are the whole gap, and at most all that is
+  /// left of the skin. Segments that the mesh does not meet do not count. Those that touch it, or
+  /// are inside, do not either if `skips_touching` is true, so that they may slide to other
+  /// triangles or come out. Of several partners, the least distance of all LivePairs is safe.
+  ///
+  /// Throws std::invalid_argument if the trees or the mesh have changed since update(), if the
+  /// second form is asked with a mesh, or if there is no list: if skin() is 0. To have one always,
+  /// give LivePairsOptions::skin.
   ///@{
   FCL_FIBERS_TREE_EXPORT void safeDistances(std::vector<double>& distances,
                                             bool skips_touching = false) const;

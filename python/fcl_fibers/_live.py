@@ -148,9 +148,15 @@ class LivePairs:
 
         With another tree as the partner, two arrays are returned, and the points of both may move
         at once. Neighbours and groups that are left out of the pairs do not count, and the margin
-        of the tree does. ValueError is raised if the partner is a mesh, if the fibers have changed
-        since update(), or if there is no list because the skin is 0. Give LivePairs a skin to have
-        one always.
+        of the tree does.
+
+        A mesh as the partner stays where it is. Then no segment touches it, or is inside a solid,
+        that does not now. The distance is the whole gap, and at most the skin. With
+        skip_touching, a segment that touches the mesh or is inside does not count at all. Of
+        several partners, the least distance of all LivePairs is safe.
+
+        ValueError is raised if the fibers or the mesh have changed since update(), or if there is
+        no list because the skin is 0. Give LivePairs a skin to have one always.
         """
         return self._live.safe_distances(bool(skip_touching))
 

@@ -84,12 +84,18 @@ class Live {
     return py::make_tuple(toNumPy(std::move(pairs)), toNumPy(std::move(slots)));
   }
 
-  /// Of the points of the tree, and of the partner if that is another one.
+  /// Of the points of the tree, and of the partner if that is another tree.
   py::object safeDistances(bool skips_touching) const {
     const Query own(tree_.users());
     const std::optional<Query> others = queryOfPartner();
+    const py::dtype type = py::dtype::of<double>();
     std::vector<double> distances, of_partner;
-    {
+    if constexpr (kIsOfMesh) {
+      // It tells whether the mesh has moved since the update. Other threads wait meanwhile.
+      *mesh_ = partner_;
+      live_.safeDistances(distances, skips_touching);
+      return toArray(std::move(distances), type);
+    } else {
       const Unlocked unlocked;
       if (isOwn()) {
         live_.safeDistances(distances, skips_touching);
@@ -97,7 +103,6 @@ class Live {
         live_.safeDistances(distances, of_partner, skips_touching);
       }
     }
-    const py::dtype type = py::dtype::of<double>();
     if (isOwn()) return toArray(std::move(distances), type);
     return py::make_tuple(toArray(std::move(distances), type),
                           toArray(std::move(of_partner), type));
@@ -160,8 +165,9 @@ class Live {
 
   Tree& tree_;
   const Partner& partner_;
-  /// Of the last update, which another thread does not move meanwhile; none if the partner is none.
-  std::optional<TriangleMesh> mesh_;
+  /// Of the last call that has read it, which another thread does not move meanwhile; none if the
+  /// partner is none.
+  mutable std::optional<TriangleMesh> mesh_;
   LivePairs<Of> live_;
   std::uint32_t layout_ = 0;  ///< of the last update
 };

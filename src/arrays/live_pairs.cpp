@@ -19,6 +19,7 @@
 #include "arrays/triangle_mesh.h"
 #include "fibers/options.h"
 #include "geometry/segment_distance.h"
+#include "geometry/triangle_distance.h"
 #include "live/live_list.h"
 
 namespace fcl_fibers {
@@ -29,6 +30,7 @@ using geometry::Frame;
 using live::LiveList;
 
 constexpr char kUpdate[] = "LivePairs::update";
+constexpr char kSafeDistances[] = "LivePairs::safeDistances";
 
 /// The segments of one tree, or of two.
 class TreePairing final : public live::Pairing {
@@ -133,7 +135,11 @@ class MeshPairing final : public live::Pairing {
                           [&](const auto& filter) { count = filter.keep(pairs, count, none); });
     return count;
   }
-  double gapOf(const tree::Pair& /*pair*/) const override { return 0; }
+  double gapOf(const tree::Pair& pair) const override {
+    const geometry::Segment p = index_->segment(pair.a);
+    const double error = endPointError(p) + mesh_.error();
+    return leastDistance(p, mesh_.end()[pair.b]) - p.radius - margin() - 8 * error;
+  }
   std::size_t sift(tree::Pair* pairs, std::size_t count) const override {
     if (!index_.table().hasObstacleRules()) return count;
     tree::Pair* const end = std::remove_if(
@@ -232,49 +238,33 @@ class LivePairs<Partner>::Impl {
                                      "fibers; bring it nearer to them");
       }
       watches_[0] = own->watch();
-      const MeshReader::Version mesh = MeshReader::version(partner_);
-      MeshPairing pairing(*own, placed, mesh.points);
-      update(pairing, {Version::of(*own), {mesh.triangles, 0, mesh.points, {}, placed.categories}});
+      const Version mesh = Version::of(partner_, placed);
+      MeshPairing pairing(*own, placed, mesh.places);
+      update(pairing, {Version::of(*own), mesh});
     }
   }
 
   void findSafeDistances(bool skips_touching, std::vector<double>& distances,
                          std::vector<double>* of_partner) const {
-    constexpr char kCall[] = "LivePairs::safeDistances";
+    const std::shared_ptr<FiberIndex> own = tree_.index();
     if constexpr (std::is_same_v<Partner, FiberTree>) {
-      const std::shared_ptr<FiberIndex> own = tree_.index(), other = partner_.index();
+      const std::shared_ptr<FiberIndex> other = partner_.index();
       const bool is_own = own == other;
-      if (!(Version::of(*own) == versions_[0] && Version::of(*other) == versions_[1])) {
-        fibers::throwInvalidArgument(kCall,
-                                     "the fibers have changed; call LivePairs::update() before");
-      }
-      if (!list_.isListed()) {
-        fibers::throwInvalidArgument(
-            kCall, "there is no list at present; construct the pairs with a skin above 0");
-      }
+      requireList({Version::of(*own), Version::of(*other)}, "the fibers have changed");
       const TreePairing pairing(*own, is_own ? nullptr : other.get());
-      std::vector<std::atomic<double>> found[2];
-      for (int i = 0; i < pairing.sideCount(); ++i) {
-        found[i] = std::vector<std::atomic<double>>(
-            static_cast<std::size_t>(pairing.side(i).segments->end()) + 1);
-        for (auto& distance : found[i]) distance = std::numeric_limits<double>::infinity();
-      }
-      list_.findSafeDistances(pairing, skips_touching, found);
-      const double unit = 1 / (*own)->frame().scale;
-      const auto write = [unit](const FiberIndex& index, const auto& from,
-                                std::vector<double>& to) {
-        to.resize(static_cast<std::size_t>(index.table().idCount()));
-        for (std::size_t i = 0; i < to.size(); ++i) {
-          to[i] = i < from.size() ? unit * from[i].load() : std::numeric_limits<double>::infinity();
-        }
-      };
+      const std::array<Ends, 2> found = findSafeDistances(pairing, skips_touching);
       write(*own, found[0], distances);
-      if (of_partner != nullptr) write(*other, is_own ? found[0] : found[1], *of_partner);
+      if (of_partner != nullptr) write(*other, found[is_own ? 0 : 1], *of_partner);
     } else {
-      static_cast<void>(skips_touching);
-      static_cast<void>(distances);
-      static_cast<void>(of_partner);
-      fibers::throwInvalidArgument(kCall, "the partner is a mesh; ask pairs of trees");
+      if (of_partner != nullptr) {
+        fibers::throwInvalidArgument(kSafeDistances,
+                                     "a mesh has no distances; ask for those of the fibers alone");
+      }
+      const index::PlacedMesh placed = MeshReader::placed(partner_);
+      requireList({Version::of(*own), Version::of(partner_, placed)},
+                  "the fibers or the mesh have changed");
+      const MeshPairing pairing(*own, placed, versions_[1].places);
+      write(*own, findSafeDistances(pairing, skips_touching)[0], distances);
     }
   }
 
@@ -286,9 +276,10 @@ class LivePairs<Partner>::Impl {
     std::uint64_t places = 0;  ///< FiberIndex::updateNumber(), or of the mesh's points
     Frame frame;
     tree::Categories categories;  ///< of the mesh
+    geometry::AffineMap pose;     ///< of the mesh
 
     bool operator==(const Version& other) const {
-      return places == other.places && hasListOf(other);
+      return places == other.places && pose == other.pose && hasListOf(other);
     }
     /// Whether a list goes on that is of the other one.
     bool hasListOf(const Version& other) const {
@@ -296,7 +287,12 @@ class LivePairs<Partner>::Impl {
              categories == other.categories;
     }
     static Version of(const FiberIndex& index) {
-      return {index.buildNumber(), index->buildCount(), index.updateNumber(), index->frame(), {}};
+      return {
+          index.buildNumber(), index->buildCount(), index.updateNumber(), index->frame(), {}, {}};
+    }
+    static Version of(const TriangleMesh& mesh, const index::PlacedMesh& placed) {
+      const MeshReader::Version version = MeshReader::version(mesh);
+      return {version.triangles, 0, version.points, {}, placed.categories, placed.pose};
     }
   };
 
@@ -308,6 +304,38 @@ class LivePairs<Partner>::Impl {
     }
     list_.update(pairing, now[0].frame.scale, last);
     versions_ = now;
+  }
+
+  /// By the ends of KeptSegments.
+  using Ends = std::vector<std::atomic<double>>;
+
+  /// @param what  has changed, if one of these is not that of the last update
+  void requireList(const std::array<Version, 2>& now, const char* what) const {
+    if (!(now == versions_)) {
+      fibers::throwInvalidArgument(kSafeDistances,
+                                   std::string(what) + "; call LivePairs::update() before");
+    }
+    if (!list_.isListed()) {
+      fibers::throwInvalidArgument(
+          kSafeDistances, "there is no list at present; construct the pairs with a skin above 0");
+    }
+  }
+  std::array<Ends, 2> findSafeDistances(const live::Pairing& pairing, bool skips_touching) const {
+    std::array<Ends, 2> found;
+    for (int i = 0; i < pairing.sideCount(); ++i) {
+      Ends& ends = found[static_cast<std::size_t>(i)];
+      ends = Ends(static_cast<std::size_t>(pairing.side(i).segments->end()) + 1);
+      for (auto& distance : ends) distance = std::numeric_limits<double>::infinity();
+    }
+    list_.findSafeDistances(pairing, skips_touching, found.data());
+    return found;
+  }
+  void write(const FiberIndex& index, const Ends& from, std::vector<double>& to) const {
+    const double unit = 1 / versions_[0].frame.scale;
+    to.resize(static_cast<std::size_t>(index.table().idCount()));
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      to[i] = i < from.size() ? unit * from[i].load() : std::numeric_limits<double>::infinity();
+    }
   }
 
   /// @param holders  how many hold the index if no query runs: the tree, and this call

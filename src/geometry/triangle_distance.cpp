@@ -108,6 +108,26 @@ bool touch(const Segment& capsule, const Triangle& triangle, double margin, doub
   return axisWithin(capsule, triangle, reachOf(capsule, triangle, margin, error));
 }
 
+double leastDistance(const Segment& capsule, const Triangle& triangle) {
+  const double m = sizeOf(capsule, triangle);
+  if (m == 0 || !std::isfinite(m)) return 0;
+  if (!isWellScaled(m)) {
+    const double scale = scaleForSize(m, largestOf(capsule, triangle));
+    return leastDistance(scaled(capsule, scale), scaled(triangle, scale)) / scale;
+  }
+  const auto rootOf = [](double squared) {
+    return std::sqrt(std::max(squared, 0.0)) * (1 - 4 * kEps);
+  };
+  const double rounding = roundingFor(m);
+  const CertifiedOnTriangle<double> rough =
+      SquaredTriangleDistance<double>(capsule, triangle).atClosest();
+  const double slack = rough.gap + rounding;
+  if (slack <= 0x1p-26 * rough.squared) return rootOf(rough.squared - slack);
+  const CertifiedOnTriangle<DoubleDouble> fine =
+      SquaredTriangleDistance<DoubleDouble>(capsule, triangle).atClosest();
+  return rootOf(double(fine.squared - fine.gap - DoubleDouble(0x1p-52 * rounding)));
+}
+
 ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle) {
   const double m = sizeOf(capsule, triangle);
   if (m == 0) return {0, {1, 0, 0}, {0, 0, 0}};

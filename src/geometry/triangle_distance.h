@@ -19,6 +19,10 @@ double reachOf(const Segment& capsule, const Triangle& triangle, double margin, 
 /// @pre the segment is not a box
 bool touch(const Segment& capsule, const Triangle& triangle, double margin, double error);
 
+/// A lower bound of how far apart the axis of a capsule and a triangle are: less than that by at
+/// most 1e-8 of it and a few ulp of the coordinates; 0 if these are not finite.
+double leastDistance(const Segment& capsule, const Triangle& triangle);
+
 /// Two closest points of the axis of a capsule and a triangle.
 struct ClosestOnTriangle {
   double s;          ///< capsule.a + s (capsule.b - capsule.a); 0 to 1, and 0 where a = b

@@ -443,24 +443,29 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
                                  std::vector<std::atomic<double>>* distances) const {
   constexpr double kInward = 1 - 0x1p-30;
   told_distances_ = true;
+  const TrianglesNow* const triangles = pairing.triangles();
   const int second = pairing.sideCount() - 1;
-  // Half of what two segments may come nearer is for each of them.
+  const SegmentFlags free =
+      triangles != nullptr ? freeOfMesh(pairing, skips_touching) : SegmentFlags();
+  // Half of what two segments may come nearer is for each of them. A mesh rests.
+  const double share = (triangles != nullptr ? 1 : 0.5) * kInward;
   const auto lower = [&](int side, SegmentId id, double distance) {
+    if (triangles != nullptr && free.has(id)) return;
     const index::KeptSegments& segments = *pairing.side(side).segments;
     const std::size_t stride = segments.sharesEnds() ? 1 : 2;
     const std::size_t place = stride * static_cast<std::size_t>(id - segments.begin());
-    const double half = std::max(0.5 * distance * kInward, 0.0);
+    const double its_share = std::max(share * distance, 0.0);
     for (const std::size_t end : {place, place + 1}) {
       std::atomic<double>& least = distances[side][end];
       double before = least.load(std::memory_order_relaxed);
-      while (half < before && !least.compare_exchange_weak(before, half)) {
+      while (its_share < before && !least.compare_exchange_weak(before, its_share)) {
       }
     }
   };
 
   // What is not listed: nearly the whole skin, or what is left of it where that is less.
   constexpr std::int64_t kMostAsked = 4;
-  std::size_t all = 0;
+  std::size_t all = triangles != nullptr ? triangles->order().size() : 0;
   for (int i = 0; i <= second; ++i) all += pairing.side(i).order->size();
   double wanted = std::max(covered_ - mostApproach(sidesOf(pairing)), 0.5 * covered_);
   std::vector<Pair> uncovered;
@@ -480,7 +485,7 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
   for (const Pair& pair : uncovered) {
     const double gap = pairing.gapOf(pair);
     lower(0, pair.a, gap);
-    lower(second, pair.b, gap);
+    if (triangles == nullptr) lower(second, pair.b, gap);
   }
 
   constexpr std::size_t kTask = 8192;
@@ -491,9 +496,24 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
                           if (entry.slot >= 0 && skips_touching) continue;
                           const double gap = entry.slot >= 0 ? 0 : pairing.gapOf(entry.pair);
                           lower(0, entry.pair.a, gap);
-                          lower(second, entry.pair.b, gap);
+                          if (triangles == nullptr) lower(second, entry.pair.b, gap);
                         }
                       });
+  for (const Entry& entry : inside_) lower(0, entry.pair.a, 0);
+}
+
+/// The segments that may go anywhere without a new touch of a mesh: those that do not meet it and,
+/// on request, those that touch it already. Otherwise these could not slide from one triangle to
+/// the next, or leave a solid.
+SegmentFlags LiveList::freeOfMesh(const Pairing& pairing, bool skips_touching) const {
+  SegmentFlags free(pairing.side(0).segments->begin(), pairing.side(0).segments->end());
+  for (const SegmentId id : *pairing.side(0).order) free.set(id, !pairing.mayMeet(id));
+  if (!skips_touching) return free;
+  for (const Entry& entry : entries_) {
+    if (entry.slot >= 0) free.set(entry.pair.a);
+  }
+  for (const Entry& entry : inside_) free.set(entry.pair.a);
+  return free;
 }
 
 tree::Visit LiveList::handOn(index::PairSink& sink) const {

@@ -63,7 +63,7 @@ class Pairing {
   /// What is asked only if the triangles are those of a solid, on several threads.
   ///@{
   virtual bool isSolid() const { return false; }
-  /// Whether a segment may meet the solid.
+  /// Whether a segment may meet the solid, or another mesh.
   virtual bool mayMeet(tree::SegmentId /*segment*/) const { return true; }
   /// Whether a segment that touches no triangle is inside.
   virtual bool isInside(tree::SegmentId /*segment*/) const { return false; }
@@ -123,9 +123,10 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   /// All slots are below.
   std::int32_t slotCount() const { return slot_count_; }
   /// Bounds how far each end may move so that no pair touches then that does not touch now, in the
-  /// frame of the first side; infinite for an end of no segment.
+  /// frame of the first side; infinite for an end of no segment. A mesh does not move.
   /// @param pairing         that of the last update, since which nothing has changed
-  /// @param skips_touching  whether pairs that touch do not count; else their ends may not move
+  /// @param skips_touching  whether pairs that touch do not count, nor any of a segment that touches
+  ///                        the mesh; else their ends may not move
   /// @param distances       one for each side, by the ends of KeptSegments
   /// @pre isListed()
   void findSafeDistances(const Pairing& pairing, bool skips_touching,
@@ -153,6 +154,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   void add(const Pairing& pairing, std::vector<tree::Pair> pairs);
   void list(Pairing& pairing, double skin, Last last, Entries& listed, std::vector<Entry>& gone);
   void anchor(const Pairing& pairing);
+  SegmentFlags freeOfMesh(const Pairing& pairing, bool skips_touching) const;
   static std::vector<std::size_t> allNew(const Entries& entries);
   std::vector<std::size_t> test(const Pairing& pairing, const Entries& entries);
   std::vector<Entry> findInside(const Pairing& pairing, const Entries& entries,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -20,8 +21,10 @@
 #include "arrays/live_calls.h"
 #include "arrays/meshes.h"
 #include "arrays/motion.h"
+#include "support/exact_geometry.h"
 #include "support/random.h"
 #include "support/scalars.h"
+#include "support/touch_oracle.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -561,6 +564,257 @@ TEST(LiveMeshPairs, HaveContactsInTheirOrder) {
     EXPECT_EQ(contacts[i].segment, pairs[i].segment);
     EXPECT_EQ(contacts[i].triangle, pairs[i].triangle);
   }
+}
+
+/// Fibers beside a mesh that are moved by their safe distances, and what decides whether a segment
+/// touches: brute force and a tree that has just been built.
+template <typename S>
+class SafeSteps {
+ public:
+  explicit SafeSteps(const Scene& scene)
+      : scene_(scene),
+        random_(scene.seed),
+        fibers_(curledFibers<S>(scene.seed, 14)),
+        shape_(scene.kind == TriangleMesh::Kind::kSurface ? soup<S>(scene.seed, 120, 0.4)
+                                                          : ball<S>(0.3, 6, 8)),
+        mesh_(shape_.view(), scene.kind),
+        tree_(capsules(1, scene.margin)),
+        live_(tree_, mesh_, {scene.skin}) {
+    for (std::size_t i = 0; i < fibers_.points.size(); ++i) {
+      fibers_.points[i] += static_cast<S>(i % 3 == 0 ? scene_.offset : 0);
+    }
+    for (std::size_t f = 0; f < fibers_.fiberCount(); ++f) {
+      meets_.push_back(scene.has_rules && f % 4 == 1 ? 0b10 : ~0u);
+    }
+    mesh_.setCategories(0b01);
+    tree_.build(view());
+  }
+
+  void step(bool skips) {
+    if (random_.below(3) == 0) {
+      mesh_.setPose(
+          poseOf(random_.rotation(0.3).toRotationMatrix(), middle() + random_.inCube(0.05)));
+    }
+    // Without being asked, the list serves until less than half of the skin is left.
+    for (std::size_t unasked = random_.below(4); unasked > 0; --unasked) {
+      live_.update();
+      MeshPose pose = mesh_.pose();
+      pose.position[0] += random_.between(-0.3, 0.3) * scene_.skin;
+      mesh_.setPose(pose);
+      for (S& x : fibers_.points) {
+        x += static_cast<S>(random_.between(-0.3, 0.3) * scene_.skin);
+      }
+      tree_.update(view());
+    }
+    live_.update();
+    const std::set<std::int32_t> before = touching();
+    std::vector<double> distances;
+    live_.safeDistances(distances, skips);
+    ASSERT_EQ(distances.size(), fibers_.pointCount());
+    if (!skips) {
+      for (const std::int32_t segment : before) {
+        EXPECT_EQ(distances[static_cast<std::size_t>(segment)], 0);
+        EXPECT_EQ(distances[static_cast<std::size_t>(segment) + 1], 0);
+      }
+    }
+    fibers_.visitCapsules([&](std::size_t fiber, std::size_t i) {
+      EXPECT_GE(distances[i], 0);
+      EXPECT_EQ(meets_[fiber] == 0b10, distances[i] == kInfinity && distances[i + 1] == kInfinity &&
+                                           before.count(static_cast<std::int32_t>(i)) == 0);
+    });
+    move(distances);
+    tree_.update(view());
+    for (const std::int32_t segment : touching()) {
+      EXPECT_EQ(before.count(segment), 1u) << "segment " << segment << " has come to touch";
+    }
+  }
+
+  std::size_t moved() const { return moved_; }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  Eigen::Vector3d middle() const { return {scene_.offset, 0, 0}; }
+  FiberArrays<S> view() const {
+    FiberArrays<S> view = fibers_.view();
+    view.meets = meets_.data();
+    return view;
+  }
+
+  /// Moves each point by at most its distance, mostly by nearly all of it, and often inward.
+  void move(const std::vector<double>& distances) {
+    const Eigen::Vector3d common = random_.direction();
+    for (std::size_t i = 0; i < distances.size(); ++i) {
+      const auto [x, y, z] = fibers_.point(i);
+      const Eigen::Vector3d p(x, y, z);
+      const double most = std::min(distances[i], 0.3);
+      const double length = most * (random_.below(3) == 0 ? random_.unit() : 1) * (1 - 0x1p-50);
+      const auto kind = random_.below(3);
+      const Eigen::Vector3d way = kind == 0   ? (middle() - p).normalized()
+                                  : kind == 1 ? common
+                                              : random_.direction();
+      S moved[3];
+      Real squared = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k);
+        moved[k] = static_cast<S>(p[axis] + length * way[axis]);
+        const Real d = static_cast<Real>(moved[k]) - static_cast<Real>(fibers_.points[3 * i + k]);
+        squared += d * d;
+      }
+      // The point is rounded.
+      if (std::sqrt(squared) > distances[i]) continue;
+      std::copy(moved, moved + 3, &fibers_.points[3 * i]);
+      moved_ += squared > 0 ? 1 : 0;
+    }
+  }
+
+  std::set<std::int32_t> touching() const {
+    FiberTree fresh(tree_.options());
+    fresh.build(view());
+    std::set<std::int32_t> touching;
+    fresh.visit(Pairs{}, mesh_, [&](TrianglePair pair) { touching.insert(pair.segment); });
+    std::vector<ExactTriangle> triangles;
+    for (std::size_t t = 0; t < shape_.count(); ++t) {
+      triangles.push_back(shape_.triangle(t, mesh_.pose()));
+    }
+    fibers_.visitCapsules([&](std::size_t fiber, std::size_t i) {
+      if (meets_[fiber] == 0b10) return;
+      const auto pointOf = [&](std::size_t k) -> Point {
+        const auto [x, y, z] = fibers_.point(k);
+        return {x, y, z};
+      };
+      const Point a = pointOf(i), b = pointOf(i + 1);
+      const Real reach = static_cast<Real>(fibers_.radii[i]) + static_cast<Real>(scene_.margin);
+      const bool touches = std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) {
+        const Real most = reach + (b - a).norm() + (t.b - t.a).norm() + (t.c - t.a).norm();
+        return (a - t.a).norm() <= most && segmentTriangleDistance(a, b, t) <= reach;
+      });
+      if (touches) touching.insert(static_cast<std::int32_t>(i));
+    });
+    return touching;
+  }
+
+  const Scene scene_;
+  Random random_;
+  Assembly<S> fibers_;
+  std::vector<std::uint32_t> meets_;
+  Triangles<S> shape_;
+  TriangleMesh mesh_;
+  FiberTree tree_;
+  LiveMesh live_;
+  std::size_t moved_ = 0;
+};
+
+// A solver that cuts its steps to these distances would let hair through the head, or into it.
+TYPED_TEST(LiveMeshPairsOf, SafeDistancesKeepSegmentsOffAMesh) {
+  using Kind = TriangleMesh::Kind;
+  std::size_t moved = 0;
+  for (std::uint64_t seed = 0; seed < sceneCount(8); ++seed) {
+    SCOPED_TRACE(seed);
+    Scene scene{seed, seed % 2 == 0 ? Kind::kSurface : Kind::kSolid};
+    scene.margin = seed % 4 < 2 ? 0 : 0.01;
+    scene.offset = seed % 3 == 0 ? (std::is_same_v<TypeParam, float> ? 8 : 1e6) : 0;
+    scene.has_rules = seed % 5 < 2;
+    scene.skin = Random(seed).between(0.005, 0.2);
+    SafeSteps<TypeParam> steps(scene);
+    for (int i = 0; i < 8; ++i) {
+      steps.step(/*skips=*/i % 2 == 0);
+      if (testing::Test::HasFailure()) return;
+    }
+    moved += steps.moved();
+  }
+  EXPECT_GT(moved, 5000u);
+}
+
+// A fiber would stop far from what it is to rest on: half of the gap would be for a mesh at rest.
+TEST(LiveMeshPairs, SafeDistancesUseTheGap) {
+  OneCapsule one;
+  TriangleMesh table(boxMesh({-2, -2, -2}, {2, 2, 0}).view(), TriangleMesh::Kind::kSolid);
+  for (const double skin : {0.02, 0.5}) {
+    LivePairs live(one.tree, table, {skin});
+    for (const double gap : {1e-9, 1e-4, 0.15}) {
+      one.moveTo(0.05 + gap);
+      live.update();
+      std::vector<double> distances;
+      live.safeDistances(distances);
+      const double possible = std::min(gap, live.skin());
+      // The list that is left serves while half of the skin is left.
+      const double least = gap < skin ? 0.9 * possible : 0.45 * possible;
+      for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
+        EXPECT_GE(distances[i], least) << gap << " of " << skin;
+        EXPECT_LE(distances[i], gap) << skin;
+      }
+    }
+  }
+}
+
+// What has come near since it was listed would be let through.
+TEST(LiveMeshPairs, SafeDistancesCountWhatIsNotListed) {
+  OneCapsule one;
+  const TriangleMesh table(boxMesh({-2, -2, -2}, {2, 2, 0}).view());
+  LivePairs live(one.tree, table, {/*skin=*/0.4});
+  std::vector<double> distances;
+  for (const double gap : {0.42, 0.12}) {
+    one.moveTo(0.05 + gap);
+    live.update();
+  }
+  EXPECT_EQ(live.counters().listings, 1);
+  live.safeDistances(distances);
+  EXPECT_GT(distances[0], 0.09);
+  EXPECT_LE(distances[0], 0.12);
+}
+
+// What lies on a table would be stuck there: at the next triangle, or once it has sunk in.
+TEST(LiveMeshPairs, SafeDistancesLeaveOutWhatTouchesOnRequest) {
+  OneCapsule one;
+  const TriangleMesh table(boxMesh({-2, -2, -2}, {2, 2, 0}).view(), TriangleMesh::Kind::kSolid);
+  LivePairs live(one.tree, table, {/*skin=*/0.4});
+  std::vector<double> distances;
+  for (const double height : {0.04, -0.1, -1.0}) {  // at the top, just below, deep inside
+    one.moveTo(height);
+    live.update();
+    EXPECT_GT(live.count(), 0u);
+    live.safeDistances(distances);
+    EXPECT_EQ(distances[0], 0) << height;
+    live.safeDistances(distances, /*skips_touching=*/true);
+    EXPECT_EQ(distances[0], std::numeric_limits<double>::infinity()) << height;
+    EXPECT_GT(distances[2], 0) << "another fiber";
+    EXPECT_LT(distances[2], 1) << "another fiber";
+  }
+}
+
+// Distances from a mesh that has gone elsewhere would be taken for those from where it is.
+TEST(LiveMeshPairs, SafeDistancesAreRefusedOnceAnythingHasMoved) {
+  OneCapsule one;
+  const Triangles<double> shape = boxMesh({-2, -2, -2}, {2, 2, 0});
+  TriangleMesh table(shape.view());
+  LivePairs live(one.tree, table, {0.1});
+  std::vector<double> distances, of_mesh;
+  const auto isRefused = [&] {
+    try {
+      live.safeDistances(distances);
+    } catch (const std::invalid_argument& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("the fibers or the mesh have changed"));
+      live.update();
+      EXPECT_NO_THROW(live.safeDistances(distances));
+      return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(isRefused());
+  one.moveTo(0.3);
+  EXPECT_TRUE(isRefused());
+  table.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.01}});
+  EXPECT_TRUE(isRefused());
+  table.update(shape.view());
+  EXPECT_TRUE(isRefused());
+  table.setMeets(1);
+  EXPECT_TRUE(isRefused());
+  EXPECT_FALSE(isRefused());
+  EXPECT_THROW(live.safeDistances(distances, of_mesh), std::invalid_argument);
+  LivePairs searches(one.tree, table, {0});
+  searches.update();
+  EXPECT_THROW(searches.safeDistances(distances), std::invalid_argument);
 }
 
 }  // namespace

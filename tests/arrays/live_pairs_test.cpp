@@ -323,6 +323,13 @@ TEST(LivePairs, SafeDistancesLeaveApartWhatIsApart) {
     LivePairs own(tree, skin);
     LivePairs<FiberTree> both(tree, other, skin);
     for (int step = 0; step < 8; ++step) {
+      // Without being asked, a list serves until less than half of the skin is left.
+      for (std::size_t unasked = random.below(4); unasked > 0; --unasked) {
+        own.update();
+        both.update();
+        for (auto& p : fibers.points) p += random.inCube(0.3 * skin.skin);
+        tree.update(fibers.view());
+      }
       own.update();
       both.update();
       const test::PairList own_before = test::pairsOf(tree);
@@ -390,6 +397,28 @@ TEST(LivePairs, SafeDistancesUseTheGap) {
   live.update();
   tree.update(fibers.view());
   EXPECT_THROW(live.safeDistances(distances), std::invalid_argument);
+}
+
+// Fibers that have come near since they were listed would go through each other.
+TEST(LivePairs, SafeDistancesCountWhatIsNotListed) {
+  MovingFibers<double> fibers;
+  for (const double y : {0.0, 0.62, 5.0, 6.0, 7.0}) {
+    for (const double x : {0.0, 1.0}) fibers.addPoint({x, y, 0});
+    fibers.endFiber();
+  }
+  fibers.radii = {0.1};
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree, {0.4});
+  live.update();
+  fibers.points[2].y() = fibers.points[3].y() = 0.32;
+  tree.update(fibers.view());
+  live.update();
+  EXPECT_EQ(live.counters().listings, 1);
+  std::vector<double> distances;
+  live.safeDistances(distances);
+  EXPECT_GT(distances[0] + distances[2], 0.09);
+  EXPECT_LE(distances[0] + distances[2], 0.12);
 }
 
 // A solver whose steps are cut to these distances would come to rest in the middle of nowhere.

@@ -97,6 +97,30 @@ TEST(TriangleDistance, ClosestPointsAreClosestAtAllScales) {
   }
 }
 
+// What moves as far as is safe would pass through a triangle, or stop far from it.
+TEST(TriangleDistance, TheLeastDistanceIsATightBound) {
+  Cases cases(3);
+  const int powers[] = {0, 0, 0, -900, -300, -100, 100, 300, 900};
+  for (int i = 0; i < 100000; ++i) {
+    cases.next();
+    const Segment& s = cases.segment;
+    const Triangle& t = cases.triangle;
+    const double scale = std::ldexp(1.0, powers[i % 9]);
+    const double least =
+        leastDistance({scale * s.a, scale * s.b, 0}, {scale * t.a, scale * t.b, scale * t.c}) /
+        scale;
+    const Real exact = distanceOf(s, t);
+    const double size = sizeOf(s, t);
+    ASSERT_GE(least, 0) << i;
+    ASSERT_LE(least, exact + 1e-17L * size) << i;
+    ASSERT_GE(least, (1 - 1e-8L) * exact - 1e-14L * size) << i;
+  }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const Triangle triangle{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  EXPECT_EQ(leastDistance({{0, 0, 5}, {kInfinity, 0, 5}, 0}, triangle), 0);
+  EXPECT_EQ(leastDistance({{0, 0, 5}, {1e308, -1e308, 5}, 0}, triangle), 0);
+}
+
 TEST(TriangleDistance, WhatIsNotFiniteTouches) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Triangle triangle{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

@@ -157,8 +157,6 @@ def test_pairs_with_a_mesh(solid):
         assert np.array_equal(
             np.sort(contacts, order=keys), np.sort(tree.contacts(mesh), order=keys)
         )
-    with pytest.raises(ValueError, match="mesh"):
-        live.safe_distances()
 
 
 # If it failed, a mesh that another thread places would be read in the middle of that.
@@ -220,6 +218,29 @@ def test_steps_by_safe_distances_make_no_new_pair(skips):
         tree.update(scene.points), other.update(other_scene.points)
         assert oracles.as_set(tree.pairs()) <= before[0]
         assert oracles.as_set(tree.pairs(other)) <= before[1]
+
+
+# If it failed, hair would get into the head, or stop far from it.
+@pytest.mark.parametrize("skips", [False, True])
+def test_steps_by_safe_distances_do_not_touch_a_mesh(skips):
+    random = np.random.default_rng(6)
+    scene, head = random_scene(15, fibers=40), ball(radius=0.4)
+    mesh = TriangleMesh(*head, solid=True)
+    tree = tree_of(scene)
+    live = LivePairs(tree, mesh, skin=0.05)
+    for step in range(10):
+        mesh.set_pose(np.eye(3), (0.01 * step, 0, 0))
+        with pytest.raises(ValueError, match="the fibers or the mesh have changed; call update"):
+            live.safe_distances()
+        live.update()
+        before = set(live.pairs()[:, 0].tolist())
+        distances = live.safe_distances(skip_touching=skips)
+        assert distances.shape == (len(scene.points),) and distances.dtype == np.float64
+        touching = np.array(sorted(before))
+        assert skips or not (distances[touching].any() or distances[touching + 1].any())
+        scene.points += shortened(random, np.minimum(distances, 0.1))
+        tree.update(scene.points)
+        assert set(tree.pairs(mesh)[:, 0].tolist()) <= before
 
 
 def test_safe_distances_of_few_points():

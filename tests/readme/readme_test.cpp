@@ -308,6 +308,8 @@ TEST(LivePairs, OfTheTutorial) {
   const std::int32_t triangle[] = {0, 1, 2};
   fcl_fibers::TriangleMesh head(fcl_fibers::MeshArrays<double>{corners, 3, triangle, 1});
   const fcl_fibers::MeshPose pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, -0.05}};
+  constexpr double kSkin = 0.05;
+  std::vector<double> safe(scene.points.size(), 1);
   int pushes = 0;
   const auto moveFibers = [&] { scene.points[5][2] = scene.points[6][2] = 0.125; };
   const auto push = [&](const fcl_fibers::Contact& contact, auto& slid) {
@@ -321,6 +323,7 @@ TEST(LivePairs, OfTheTutorial) {
 #include "live_pairs_4_code.inc"
 #include "live_pairs_8_code.inc"
 #include "live_pairs_9_code.inc"
+#include "live_pairs_10_code.inc"
   // clang-format on
   EXPECT_EQ(pairs.size(), 1u);
   EXPECT_EQ(contacts.size(), 1u);
@@ -328,6 +331,7 @@ TEST(LivePairs, OfTheTutorial) {
   EXPECT_EQ(contacts_of_both.size(), of_both.count());
   EXPECT_GT(of_both.count(), 2u);
   EXPECT_GT(on_mesh.size(), 1u);
+  EXPECT_EQ(*std::min_element(safe.begin(), safe.end()), 0);
 }
 
 TEST(Contacts, WithTheGround) {
