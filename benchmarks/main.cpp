@@ -9,7 +9,8 @@
 //   fcl_fibers_bench --measure=card [SCENE] [--scalar=double|float]
 //   fcl_fibers_bench --measure=arrays|growth [SCENE]
 //   fcl_fibers_bench --measure=threads [SCENE] [--threads=1,2,...] [--runs=N]
-//   fcl_fibers_bench --measure=live [SCENE] [--motion=NAME,...] [--steps=N] [--runs=N]
+//   fcl_fibers_bench --measure=live|live-objects|live-skins|safe-distances [SCENE]
+//                    [--motion=NAME,...] [--steps=N] [--runs=N]
 //   fcl_fibers_bench --measure=obstacles --scene=cap|combed [--triangles=N]
 //   fcl_fibers_bench --measure=cables [--cables=N] [--triangles=N]
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
@@ -82,6 +83,12 @@
 //                         "creeping": from one frame of the scene to the next by 0.4 a step,
 //                         "frames": a whole frame a step. "touching", "uncovered" and "tested"
 //                         pairs are means of the steps
+//   LiveObjects/<motion>  the same of FCL's objects and two managers: update() and collide(). Each
+//                         has objects of its own, which are part of its set-up, and moves them
+//                         before the time of a step is taken
+//   LiveSkins/<skin>/<motion>   the same of trees, with this skin in radii
+//   SafeDistances/<motion>      safeDistances() after each update, from a list with a skin of one
+//                         radius: medians of both. "distance" is their mean, in radii
 //   Growth/<segments>     the tree over plain arrays at some sizes of one density, or of the one
 //                         scene that is named, per segment
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for

@@ -171,6 +171,7 @@ case $scenes in
     for radii in 5 50 150 480; do measure "motion_$radii" motion --radii="$radii"; done
     live() { measure "live_$1" live --scene="$2" --motion="$3" --steps="$4" --runs="$5"; }
     live helix helix:fibers=1000,segments=100 slow,fast,weather 500 3
+    measure live_helix-objects live-objects $helix=100 --motion=fast --steps=500 --runs=1
     live helix-thick helix:fibers=1000,segments=100,radius=0.016 slow,fast 500 1
     live helix-2000 helix:fibers=1000,segments=2000 slow,fast 500 1
     live cap cap:fibers=10000 creeping 500 1
@@ -179,6 +180,7 @@ case $scenes in
     for n in 3,segments=3 10,segments=5 10,segments=20 10,segments=100; do
       live "helix-$((${n%%,*} * ${n#*=}))" "helix:fibers=$n" fast 500 9
     done
+    measure safe-distances safe-distances --scene=cap:fibers=50000 --motion=slow --runs=1
     ;;
   trade)
     trade helix 2 $helix=100
@@ -190,6 +192,7 @@ case $scenes in
     measure sampling sampling
     measure dials dials
     measure dials_motion motion-dials
+    measure skins live-skins $helix=100 --motion=slow,fast --steps=100 --runs=1
     measure narrow narrow $helix=100
     measure narrow_paper-static narrow --scene=paper-static:fibers=1000 \
       --benchmark_filter=^Narrow/cm/

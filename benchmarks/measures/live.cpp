@@ -4,12 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <numeric>
-#include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <benchmark/benchmark.h>
 
 #include <fcl_fibers/fiber_polylines.h>
 #include <fcl_fibers/fiber_tree.h>
@@ -18,29 +14,10 @@
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/live_motions.h"
-#include "tools/messages.h"
+#include "measures/live_steps.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
-
-// --- Who finds the pairs ---
-
-/// Pairs without an order. Other pairs, or one twice, have another sum of their hashes.
-struct PairSet {
-  std::size_t count = 0;
-  std::uint64_t sum = 0;
-
-  void operator()(SegmentPair pair) {
-    const auto [a, b] = std::minmax(pair.a, pair.b);
-    // The finalizer of SplitMix64.
-    std::uint64_t hash = (static_cast<std::uint64_t>(a) << 32) + static_cast<std::uint64_t>(b);
-    hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9u;
-    hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebu;
-    sum += hash ^ (hash >> 31);
-    ++count;
-  }
-  bool operator==(const PairSet& other) const { return count == other.count && sum == other.sum; }
-};
 
 /// A tree that searches in every step.
 class Searched {
@@ -48,25 +25,31 @@ class Searched {
   explicit Searched(const FiberPolylines& fibers) : tree_(touchingOptions(1)) {
     tree_.build(fiberArrays(fibers));
   }
-  void update(const FiberPolylines& fibers) { tree_.update(fiberArrays(fibers)); }
+  void moveTo(const FiberPolylines& fibers) { fibers_ = &fibers; }
+  void update() { tree_.update(fiberArrays(*fibers_)); }
   template <class Visitor>
   void visit(Visitor&& visit) const {
     tree_.visit(Pairs{}, visit);
   }
 
  private:
+  const FiberPolylines* fibers_ = nullptr;
   FiberTree tree_;
 };
+
+constexpr double kChosen = -1;  ///< a skin
 
 /// A tree whose pairs live.
 class Listed {
  public:
-  explicit Listed(const FiberPolylines& fibers) : tree_(touchingOptions(1)), live_(tree_) {
+  explicit Listed(const FiberPolylines& fibers, double skin = kChosen)
+      : tree_(touchingOptions(1)), live_(tree_, {skin}) {
     tree_.build(fiberArrays(fibers));
     live_.update();
   }
-  void update(const FiberPolylines& fibers) {
-    tree_.update(fiberArrays(fibers));
+  void moveTo(const FiberPolylines& fibers) { fibers_ = &fibers; }
+  void update() {
+    tree_.update(fiberArrays(*fibers_));
     live_.update();
   }
   template <class Visitor>
@@ -76,174 +59,89 @@ class Listed {
   const LivePairs<>& live() const { return live_; }
 
  private:
+  const FiberPolylines* fibers_ = nullptr;
   FiberTree tree_;
   LivePairs<> live_;
 };
 
-template <class Finder>
-std::size_t countOf(const Finder& finder) {
-  std::size_t count = 0;
-  finder.visit([&count](SegmentPair) { ++count; });
-  return count;
-}
-
-template <class Finder>
-PairSet pairsOf(const Finder& finder) {
-  PairSet pairs;
-  finder.visit(pairs);
-  return pairs;
-}
-
-// --- Steps ---
-
-/// Seconds of all steps of one of the two.
-class Times {
- public:
-  template <class Work>
-  void setUp(Work&& work) {
-    set_up_ = seconds(work);
-  }
-  template <class Update, class Query>
-  void step(Update&& update, Query&& query) {
-    updates_.push_back(seconds(update));
-    steps_.push_back(updates_.back() + seconds(query));
-  }
-
-  double total() const { return std::accumulate(steps_.begin(), steps_.end(), set_up_); }
-  void write(const std::string& name, Numbers& numbers) const {
-    numbers[name + "_set_up"] = set_up_;
-    numbers[name + "_update"] = median(updates_);
-    numbers[name + "_step"] = median(steps_);
-    numbers[name + "_longest"] = *std::max_element(steps_.begin(), steps_.end());
-    numbers[name + "_total"] = total();
-  }
-  static double median(std::vector<double> times) {
-    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-    std::nth_element(times.begin(), middle, times.end());
-    return *middle;
-  }
-
- private:
-  double set_up_ = 0;
-  std::vector<double> updates_, steps_;
-};
-
-using Vec3f = std::array<float, 3>;
-
-/// The least that a step can do: it reads every point and writes how far it is from where it was
-/// listed.
-void writeDisplacements(const std::vector<Point>& points, const std::vector<Vec3f>& listed,
-                        std::vector<Vec3f>& displacements) {
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      displacements[i][axis] = static_cast<float>(points[i][axis]) - listed[i][axis];
-    }
-  }
-  benchmark::DoNotOptimize(displacements.data());
-  benchmark::ClobberMemory();
-}
-
-/// How far points move in all steps.
-class Motions {
- public:
-  void add(const std::vector<Point>& before, const std::vector<Point>& after) {
-    double sum = 0;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      const double moved = distance(before[i], after[i]);
-      sum += moved;
-      largest_ = std::max(largest_, moved);
-    }
-    mean_ += sum / static_cast<double>(before.size());
-    ++steps_;
-  }
-  void write(double radius, Numbers& numbers) const {
-    numbers["motion"] = mean_ / steps_ / radius;
-    numbers["largest_motion"] = largest_ / radius;
-  }
-
- private:
-  double mean_ = 0, largest_ = 0;
-  int steps_ = 0;
-};
-
-/// Moves the fibers so many steps. In each of them both find the pairs, in turns the one first and
-/// the other, and have to find the same.
-void runSteps(const std::string& motion, const SceneRequest& request, Numbers& numbers) {
-  const SceneSource source = openScene(request.text, request.radius);
-  FiberPolylines fibers = source.scene();
-  const Mover move = makeMover(motion, source);
-  move(fibers.points);  // the waves are there from the start
-  std::vector<Vec3f> listed, displacements(fibers.points.size());
-  for (const Point& p : fibers.points) {
-    listed.push_back(
-        {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
-  }
-
-  std::unique_ptr<Searched> searched;
-  std::unique_ptr<Listed> live;
-  Times without, with;
-  std::vector<double> loops;
-  std::size_t found = 0, due = 0, touching = 0;
-  without.setUp([&] {
-    searched = std::make_unique<Searched>(fibers);
-    due = countOf(*searched);
-  });
-  with.setUp([&] {
-    live = std::make_unique<Listed>(fibers);
-    found = countOf(*live);
-  });
-  if (found != due) throw std::runtime_error("other pairs live at the start");
-
-  Motions motions;
-  for (int step = 0; step < request.steps; ++step) {
-    const std::vector<Point> before = fibers.points;
-    move(fibers.points);
-    motions.add(before, fibers.points);
-    loops.push_back(seconds([&] { writeDisplacements(fibers.points, listed, displacements); }));
-    const auto search = [&] {
-      without.step([&] { searched->update(fibers); }, [&] { due = countOf(*searched); });
-    };
-    if (step % 2 == 0) search();
-    with.step([&] { live->update(fibers); }, [&] { found = countOf(*live); });
-    if (step % 2 != 0) search();
-    if (found != due || !(pairsOf(*live) == pairsOf(*searched))) {
-      throw std::runtime_error("in step " + std::to_string(step) + " " + std::to_string(found) +
-                               " pairs live, and a search finds other ones, " +
-                               std::to_string(due));
-    }
-    touching += found;
-  }
-
-  without.write("without", numbers);
-  with.write("with", numbers);
-  numbers["loop"] = Times::median(loops);
-  motions.write(fibers.radius, numbers);
-  const auto segments = static_cast<double>(fibers.segmentCount());
-  const LivePairsCounters counters = live->live().counters();
+/// Compares a search with a list of this skin.
+/// @param radii  the skin, in radii
+double runTrees(const std::string& motion, const SceneRequest& request, double radii,
+                Numbers& numbers) {
+  double radius = 0;
+  const auto makeSearched = [](const FiberPolylines& fibers) {
+    return std::make_unique<Searched>(fibers);
+  };
+  const auto makeListed = [&](const FiberPolylines& fibers) {
+    radius = fibers.radius;
+    return std::make_unique<Listed>(fibers, radii * radius);
+  };
+  const auto listed = runSteps(motion, request, numbers, makeSearched, makeListed);
+  const LivePairsCounters counters = listed->live().counters();
   const auto updates = static_cast<double>(counters.updates);
-  numbers["segments"] = segments;
-  numbers["steps"] = request.steps;
-  numbers["touching"] = static_cast<double>(touching) / request.steps;
-  numbers["skin"] = live->live().skin() / fibers.radius;
+  numbers["skin"] = listed->live().skin() / radius;
   numbers["listings"] = static_cast<double>(counters.listings);
   numbers["longest_life"] = static_cast<double>(counters.longest_life);
   numbers["uncovered"] = static_cast<double>(counters.uncovered_pairs) / updates;
   numbers["tested"] = static_cast<double>(counters.tested_pairs) / updates;
   numbers["tested_touching"] = static_cast<double>(counters.touching_pairs) / updates;
-  numbers["bytes"] = static_cast<double>(live->live().memoryUsage());
+  numbers["bytes"] = static_cast<double>(listed->live().memoryUsage());
+  return numbers["with_total"];
 }
 
 bool measureLive(const Request& request) {
-  for (const std::string& motion : request.motions) {
-    registerRuns("Live/" + motion, request.runs, [&request, motion](Numbers& numbers) {
-      runSteps(motion, request.scene, numbers);
-      return numbers["with_total"];
-    });
+  registerMotions("Live", request, [&request](const std::string& motion, Numbers& numbers) {
+    return runTrees(motion, request.scene, kChosen, numbers);
+  });
+  return runRegistered();
+}
+
+bool measureSkins(const Request& request) {
+  for (const std::string radii : {"0", "0.25", "0.5", "1", "2", "4", "chosen"}) {
+    const double skin = radii == "chosen" ? kChosen : std::stod(radii);
+    registerMotions("LiveSkins/" + radii, request,
+                    [&request, skin](const std::string& motion, Numbers& numbers) {
+                      return runTrees(motion, request.scene, skin, numbers);
+                    });
   }
   return runRegistered();
 }
 
-const AddMeasure kMeasure("live", measureLive);
+/// How far each point may move, from a list of one radius that lives.
+double runSafeDistances(const std::string& motion, const SceneRequest& request, Numbers& numbers) {
+  const SceneSource source = openScene(request.text, request.radius);
+  FiberPolylines fibers = source.scene();
+  const Mover move = makeMover(motion, source);
+  Listed listed(fibers, fibers.radius);
+  std::vector<double> distances, times, updates;
+  double sum = 0;
+  for (int step = 0; step < request.steps; ++step) {
+    move(fibers.points);
+    listed.moveTo(fibers);
+    updates.push_back(seconds([&] { listed.update(); }));
+    times.push_back(seconds([&] { listed.live().safeDistances(distances); }));
+    for (const double distance : distances) sum += distance;
+  }
+  numbers["update"] = Times::median(updates);
+  numbers["safe"] = Times::median(times);
+  numbers["safe_longest"] = *std::max_element(times.begin(), times.end());
+  numbers["distance"] =
+      sum / (request.steps * static_cast<double>(distances.size()) * fibers.radius);
+  numbers["segments"] = static_cast<double>(fibers.segmentCount());
+  numbers["listings"] = static_cast<double>(listed.live().counters().listings);
+  return numbers["safe"];
+}
+
+bool measureSafeDistances(const Request& request) {
+  registerMotions("SafeDistances", request,
+                  [&request](const std::string& motion, Numbers& numbers) {
+                    return runSafeDistances(motion, request.scene, numbers);
+                  });
+  return runRegistered();
+}
+
+const AddMeasure kMeasure("live", measureLive), kSkins("live-skins", measureSkins),
+    kSafeDistances("safe-distances", measureSafeDistances);
 
 }  // namespace
 

@@ -6,6 +6,7 @@ from tables import Table, chosen, count, digits, percent, time
 # What a scene is called, by the end of its file's name.
 SCENES = {
     "helix": "helix",
+    "helix-objects": "FCL's objects, helix",
     "helix-thick": "helix, thick",
     "helix-2000": "helix",
     "cap": "cap",
@@ -13,11 +14,16 @@ SCENES = {
     "paper-dynamic": "paper-dynamic",
     **{f"helix-{segments}": "helix" for segments in (9, 50, 200, 1000)},
 }
+KINDS = {"helix-objects": "LiveObjects"}  # of runs; Live of the others
 MOTIONS = ("slow", "fast", "weather", "creeping", "frames")
 READ = (
     "A step is an update and a query that counts, on one thread. Both find the same pairs in every "
     "step and take turns in one run. All steps include the set-up. The loop reads the points and "
     "writes displacements. Motions are those of a step, in radii."
+)
+SKINS_READ = (
+    "Times as fast as without a list: all steps, each an update and a query on one thread, and the "
+    "set-up. All find the pairs of a search in every step."
 )
 COUNTS_READ = (
     "Uncovered are the pairs a segment that were tested in a step although not listed. In vain are "
@@ -30,14 +36,15 @@ class Run:
 
     def __init__(self, part, scene, motion):
         self.part, self.scene, self.motion = part, scene, motion
+        self.kind = KINDS.get(scene, "Live")
         self.title = f"{SCENES[scene]}, {count(self.get('segments'))} segments, {motion}"
 
     def get(self, key):
-        return self.part.median("Live", self.motion, key)
+        return self.part.median(self.kind, self.motion, key)
 
     def times(self, key, reference):
         """Of medians of runs, each of both."""
-        return self.part.ratios("Live", self.motion, key, reference).median()
+        return self.part.ratios(self.kind, self.motion, key, reference).median()
 
     def whole(self):
         """How many times as fast all steps are, with the set-up."""
@@ -46,7 +53,7 @@ class Run:
     def longest(self):
         """The longest step, times the median one without. Of several runs the least: other programs
         only lengthen steps."""
-        return self.part.ratios("Live", self.motion, "with_longest", "without_step").min()
+        return self.part.ratios(self.kind, self.motion, "with_longest", "without_step").min()
 
     def times_the_loop(self):
         return self.times("with_step", "loop")
@@ -61,7 +68,7 @@ def runs_of(parts):
         Run(part, scene, motion)
         for scene, part in scenes.items()
         for motion in MOTIONS
-        if part.has("Live", motion)
+        if part.has(KINDS.get(scene, "Live"), motion)
     ]
 
 
@@ -82,6 +89,8 @@ def counts(parts):
     header += ["listings", "longest life", "uncovered", "in vain", "bytes a segment"]
     rows = []
     for run in runs_of(parts):
+        if run.kind != "Live":
+            continue  # a manager does not tell
         row = [run.title, digits(run.of_segment("touching"), 2), digits(run.get("skin"), 2)]
         row += [count(run.get(key)) for key in ("steps", "listings", "longest_life")]
         row.append(digits(run.of_segment("uncovered"), 2))
@@ -89,3 +98,36 @@ def counts(parts):
         row.append(percent(tested - found, tested) if tested else "-")
         rows.append([*row, digits(run.of_segment("bytes"), 2)])
     return Table("live-counts", "Pairs that live, what is listed", header, rows, COUNTS_READ)
+
+
+def safe_distances(part):
+    """From a list that lives, after each update."""
+    header = ["motion", "segments", "update", "safe distances", "mean distance, in radii"]
+    rows = []
+    for motion in part.names("SafeDistances"):
+        keys = ("segments", "update", "safe", "distance")
+        segments, update, safe, distance = part.medians("SafeDistances", motion, *keys)
+        rows.append([motion, count(segments), time(update), time(safe), digits(distance, 2)])
+    return Table("safe-distances", "How far each point may move", header, rows)
+
+
+def skins(part):
+    """The dial against time, bytes and motion."""
+    header = ["motion of a step, skin", "times as fast", "bytes a segment"]
+    header += ["listings in 100 steps", "skin at the end, in radii"]
+    rows = []
+    names = [name.split("/") for name in part.names("LiveSkins")]
+    ordered = sorted({skin for skin, _ in names}, key=lambda skin: (skin == "chosen", skin))
+    for motion in MOTIONS:
+        for skin in ordered:
+            name = f"{skin}/{motion}"
+            if not part.has("LiveSkins", name):
+                continue
+            keys = ("motion", "steps", "segments", "bytes", "listings", "skin")
+            moved, steps, segments, held, listings, at_end = part.medians("LiveSkins", name, *keys)
+            what = "chosen" if skin == "chosen" else f"{skin} radii"
+            ratio = part.ratios("LiveSkins", name, "without_total", "with_total").median()
+            row = [f"{digits(moved, 2)} radii, {what}", digits(ratio, 2)]
+            row += [digits(held / segments, 2), count(100 * listings / steps), digits(at_end, 2)]
+            rows.append(row)
+    return Table("skins", "The skin", header, rows, SKINS_READ)

@@ -45,7 +45,7 @@ DOCUMENTED = {
         *("motion", "live", "live-counts"),
     ),
     "trade": (
-        *("managers", "sampling", "costs", "dials", "motion-dials"),
+        *("managers", "sampling", "costs", "dials", "motion-dials", "skins"),
         *("narrow", "narrow-errors", "narrow-kinds"),
     ),
     "paper": (
@@ -134,6 +134,7 @@ def speed(kind, folder, with_targets=False):
         wanted |= files_of("obstacles", obstacles.SCENES)
         wanted |= {f"motion by {radii} radii": f"motion_{radii}" for radii in motion.MOTIONS}
         wanted |= {f"pairs that live of {scene}": f"live_{scene}" for scene in live.SCENES}
+        wanted |= {"safe distances": "safe-distances"}
         report = Report(kind, "All figures", folder, wanted)
     scenes, parts = frames.scenes_of(report.parts), report.parts
     if kind == "headline":
@@ -167,12 +168,14 @@ def speed(kind, folder, with_targets=False):
     report.add(r"motion_\d+", motion.table, parts)
     report.add("live_.*", live.table, parts)
     report.add("live_.*", live.counts, parts)
+    report.add("safe-distances", live.safe_distances, parts.get("safe-distances"))
     return report
 
 
 def trade_offs(folder):
     wanted = files_of("frames", frames.FULL) | {"costs": "costs", "sampling": "sampling"}
     wanted |= {"dials of obstacles": "dials", "dials of motion": "dials_motion"}
+    wanted |= {"skins of pairs that live": "skins"}
     wanted |= {"narrow phases": "narrow", "narrow phases of paper-static": "narrow_paper-static"}
     report = Report("trade", "What accuracy costs", folder, wanted)
     parts = report.parts
@@ -189,6 +192,7 @@ def trade_offs(folder):
     report.add("dials_motion", trade.motion_dials, parts.get("dials_motion"))
     draw = partial(report.draw, "dials_motion", "trade_motion", "Motion", MOTION)
     draw(trade.motion_figure, parts.get("dials_motion"))
+    report.add("skins", live.skins, parts.get("skins"))
     report.add("costs", trade.costs, parts.get("costs"))
     hair = parts.get("narrow")
     report.add("narrow", narrow.narrow, hair, parts.get("narrow_paper-static"))

@@ -143,12 +143,19 @@ def of_live(parts):
         thick = run.scene == "helix-thick"
         gains = run.motion in least and run.get("segments") > 1000 and not thick
         goal = least[run.motion] if gains else 0.95
+        if run.kind == "LiveObjects":
+            rows.append([run.title, target(run.whole(), 3, least=True), *["-"] * 4])
+            continue
         row = [run.title, target(run.whole(), goal, least=True), target(run.longest(), 1.3)]
         row.append(target(run.times_the_loop(), 3) if gains and run.motion == "slow" else "-")
         row.append(target(run.get("listings"), 10, least=True) if gains else "-")
         rows.append([*row, target(run.of_segment("bytes"), 60) if thick else "-"])
     header = ["", "times as fast, all steps", "longest step, times one without"]
     header += ["times the loop", "listings", "bytes a segment"]
+    if "safe-distances" in parts:
+        for name in parts["safe-distances"].names("SafeDistances"):
+            seconds = parts["safe-distances"].median("SafeDistances", name, "safe")
+            rows.append([f"safe distances, {name}, seconds", target(seconds, 0.06), *["-"] * 4])
     return Table("targets of live pairs", "Targets of pairs that live", header, rows)
 
 

@@ -39,6 +39,8 @@ RECORDED = {
     "full/obstacles_cables": ["cables", "--cables=2", "--triangles=5000"],
     "full/live_helix": ["live", HELIX, "--motion=slow,weather", "--steps=40"],
     "full/live_helix-9": ["live", "--scene=helix:fibers=3,segments=3", "--motion=fast"],
+    "full/live_helix-objects": ["live-objects", HELIX, "--motion=fast", "--steps=40"],
+    "full/safe-distances": ["safe-distances", HELIX, "--motion=slow", "--steps=5"],
     "full/motion_50": ["motion", "--fibers=500", "--radii=50"],
     "full/motion_480": ["motion", "--fibers=500", "--radii=480"],
     "trade/frames_helix": ["frames", "--against=all", HELIX],
@@ -46,6 +48,7 @@ RECORDED = {
     "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/"],
     "trade/dials": ["dials", "--benchmark_filter=/(0|0.6|2|25600|409600)/"],
     "trade/dials_motion": ["motion-dials", "--fibers=2000", "--benchmark_filter=/(5|50)/"],
+    "trade/skins": ["live-skins", HELIX, "--steps=5", "--benchmark_filter=/(0|0.5|chosen)/"],
     "trade/narrow": [
         "narrow",
         HELIX,

@@ -195,7 +195,8 @@ class ReportTest(unittest.TestCase):
         missing += "shapes; arrays of helix; arrays of helix-2000; arrays of cap; growth; "
         missing += "obstacles of cap; obstacles of combed; obstacles of cables; "
         missing += "; ".join(f"motion by {radii} radii" for radii in (5, 50, 150, 480)) + "; "
-        missing += "; ".join(f"pairs that live of {scene}" for scene in live.SCENES)
+        missing += "; ".join(f"pairs that live of {scene}" for scene in live.SCENES) + "; "
+        missing += "safe distances"
         self.assertIn(f"Not measured: {missing}.", text)
 
     def test_what_is_wrong_or_missing_ends_the_report(self):
@@ -529,6 +530,31 @@ class ReportTest(unittest.TestCase):
         found = self.row(targets, "helix, 9 segments, fast")
         self.assertEqual(found[0], "0.930 MISSED (at least 0.95)")
         self.assertIn("pairs that live of cap;", tables + targets)
+
+    def test_managers_and_safe_distances_have_targets_of_their_own(self):
+        """If this failed, a manager would be held to what a tree can do, or 1 s would seem fast."""
+        self.take("full", "live_helix-objects", "safe-distances")
+        both = {"without_total": 10.0, "with_total": 4.0, "segments": 1e5}
+        self.put("live_helix-objects", {"LiveObjects/fast/": both})
+        self.put("safe-distances", {"SafeDistances/slow/": {"safe": 0.075, "distance": 0.25}})
+        tables, targets = self.made("full", "--targets").split("## Targets of pairs that live\n")
+        found = self.row(tables, "FCL's objects, helix, 100,000 segments, fast")
+        self.assertEqual(found[5], "2.50")
+        listed = tables.split("## Pairs that live, what is listed\n")[1]
+        self.assertNotIn("FCL's objects", listed)
+        found = self.row(targets, "FCL's objects, helix, 100,000 segments, fast")
+        self.assertEqual(found[0], "2.50 MISSED (at least 3)")
+        found = self.row(targets, "safe distances, slow")
+        self.assertEqual(found[0], "0.0750 MISSED (at most 0.06)")
+
+    def test_the_skin_of_pairs_that_live(self):
+        """If this failed, docs/accuracy.md would recommend a skin by other numbers."""
+        self.take("trade", "skins")
+        narrow = {"without_total": 8.0, "with_total": [1.0, 3.0, 2.0], "steps": 200.0}
+        narrow |= {"bytes": 3e6, "segments": 1e5, "listings": 50.0, "motion": 0.2, "skin": 0.5}
+        self.put("skins", {"LiveSkins/0.5/fast/": narrow})
+        found = self.row(self.made("trade"), "0.20 radii, 0.5 radii")
+        self.assertEqual(found, ["4.0", "30", "25", "0.50"])
 
     def test_live_pairs_that_a_search_does_not_find_end_the_report(self):
         """If this failed, a list would seem fast because it misses pairs."""
