@@ -140,13 +140,13 @@ class LivePairs {
 
   /// Writes for each point how far it may move, in the unit of the fibers, so that no two segments
   /// touch then that do not touch now: none do if no point moves further than its own distance. It
-  /// is half of the gap to the nearest segment that it is not to touch, and at most half of what
-  /// is left of the skin: at least a quarter of the skin, if it is asked for after each update.
-  /// Points of a pair that touches get 0, unless such pairs are skipped because a program
-  /// parts them. Points of no segment get infinity. Neighbours and groups that are left out of the
-  /// pairs do not count, and the margin does. The second form writes the distances of the partner's
-  /// points, too, which then may move at the same time; in the first one the partner's points may
-  /// as well.
+  /// is half of the gap to the nearest segment that it is not to touch, less up to a thirty-second
+  /// of that, and at most half of what is left of the skin: at least a quarter of the skin, if it
+  /// is asked for after each update. Points of a pair that touches get 0, unless such pairs are
+  /// skipped because a program parts them. Points of no segment get infinity. Neighbours and groups
+  /// that are left out of the pairs do not count, and the margin does. The second form writes the
+  /// distances of the partner's points, too, which then may move at the same time; in the first one
+  /// the partner's points may as well.
   ///
   /// With a mesh, they are such that no segment touches the mesh then, or is inside a solid, that
   /// does not now. The mesh stays where it is, so they are the whole gap, and at most all that is

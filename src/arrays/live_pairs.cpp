@@ -69,19 +69,33 @@ class TreePairing final : public live::Pairing {
                           [&](const auto& filter) { count = filter.keep(pairs, count, none); });
     return count;
   }
-  double gapOf(const tree::Pair& pair) const override {
-    const geometry::Segment p = index_->segment(pair.a);
-    geometry::Segment q = other_ != nullptr ? (*other_)->segment(pair.b) : index_->segment(pair.b);
-    double error = endPointError(p);
-    if (other_ == nullptr) {
-      error += endPointError(q);
-    } else {
-      q = change_(q);
-      error += change_.error(q);
+  void findGaps(const tree::Pair* pairs, std::size_t count, double* gaps) const override {
+    constexpr std::size_t kBlock = geometry::PairBlock::kCapacity;
+    geometry::CapsulePairs block(index_->pairUnit());
+    geometry::CapsuleEnd ends[4 * kBlock];
+    alignas(64) geometry::CapsulePairs::Row found;
+    const tree::SegmentRange first = index_->segments().range();
+    const tree::SegmentRange second = (other_ != nullptr ? *other_ : index_)->segments().range();
+    for (std::size_t i = 0; i < count; ++i) {
+      first.prefetch(pairs[i].a);
+      second.prefetch(pairs[i].b);
     }
-    const double distance = norm(geometry::closestPoints(p, q).apart);
-    // The points found are further apart than the nearest ones by less than the second number.
-    return distance - p.radius - q.radius - margin() - 8 * error;
+    for (std::size_t begin = 0; begin < count; begin += kBlock) {
+      const std::size_t size = std::min(kBlock, count - begin);
+      block.clear();
+      for (std::size_t i = 0; i < size; ++i) {
+        const auto [p, q, error] = both(pairs[begin + i]);
+        geometry::CapsuleEnd* const its = ends + 4 * i;
+        its[0] = firstEndOf(p), its[1] = secondEndOf(p);
+        its[2] = firstEndOf(q), its[3] = secondEndOf(q);
+        block.add(its, its + 2, margin(), error);
+      }
+      const std::uint64_t known = block.leastGaps(found);
+      for (std::size_t i = 0; i < size; ++i) {
+        gaps[begin + i] = (known >> i & 1u) != 0 ? static_cast<double>(found[i]) / block.unit()
+                                                 : gapOf(pairs[begin + i]);
+      }
+    }
   }
   std::size_t sift(tree::Pair* pairs, std::size_t count) const override {
     if (other_ != nullptr) return count;
@@ -95,6 +109,29 @@ class TreePairing final : public live::Pairing {
   }
 
  private:
+  /// A pair in the frame of the first side.
+  struct Both {
+    geometry::Segment p, q;
+    double error;  ///< bounds what a test now and another one after a step may err by
+  };
+  Both both(const tree::Pair& pair) const {
+    Both both{index_->segment(pair.a), {}, 0};
+    both.error = endPointError(both.p);
+    if (other_ == nullptr) {
+      both.q = index_->segment(pair.b);
+      both.error += endPointError(both.q);
+    } else {
+      both.q = change_((*other_)->segment(pair.b));
+      both.error += change_.error(both.q);
+    }
+    both.error *= 8;
+    return both;
+  }
+  double gapOf(const tree::Pair& pair) const {
+    const auto [p, q, error] = both(pair);
+    return norm(geometry::closestPoints(p, q).apart) - p.radius - q.radius - margin() - error;
+  }
+
   FiberIndex& index_;
   const FiberIndex* const other_;
   const arrays::PairsOfOne own_;
@@ -135,10 +172,12 @@ class MeshPairing final : public live::Pairing {
                           [&](const auto& filter) { count = filter.keep(pairs, count, none); });
     return count;
   }
-  double gapOf(const tree::Pair& pair) const override {
-    const geometry::Segment p = index_->segment(pair.a);
-    const double error = endPointError(p) + mesh_.error();
-    return leastDistance(p, mesh_.end()[pair.b]) - p.radius - margin() - 8 * error;
+  void findGaps(const tree::Pair* pairs, std::size_t count, double* gaps) const override {
+    for (std::size_t i = 0; i < count; ++i) {
+      const geometry::Segment p = index_->segment(pairs[i].a);
+      const double error = endPointError(p) + mesh_.error();
+      gaps[i] = leastDistance(p, mesh_.end()[pairs[i].b]) - p.radius - margin() - 8 * error;
+    }
   }
   std::size_t sift(tree::Pair* pairs, std::size_t count) const override {
     if (!index_.table().hasObstacleRules()) return count;

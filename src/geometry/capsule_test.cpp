@@ -10,12 +10,20 @@
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
 
+constexpr float kEps = 0x1p-24f;
+
 /// The squared distance of two points of the axes, f(s, t) = |w + s u - t v|^2, is convex over the
 /// unit square. So f at any point is an upper bound of its minimum, and f minus the fall of the
 /// tangent plane is a lower bound (Frank and Wolfe, 1956). Hence s and t need not be exact; only
 /// the rounding of f and of its slopes has to be bounded.
-FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const CapsulePairs& pairs,
-                                                  const RelativePairs& relative, int i) {
+struct DistanceLanes {
+  Float reach, error;       ///< radii and margin; and of all points
+  Float nearest, farthest;  ///< bound the distance of the points found
+  Float gap, slope_error;   ///< bound together by how much its square may exceed the least one
+  Float::Truth in_range;    ///< otherwise nothing is known
+};
+FCL_FIBERS_ALWAYS_INLINE DistanceLanes distanceLanes(const CapsulePairs& pairs,
+                                                     const RelativePairs& relative, int i) {
   Vec3Lanes w, u, v;
   const Float radii = relative.w.get(i, w);
   relative.u.get(i, u);
@@ -33,7 +41,6 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const CapsulePairs& pairs,
   // vector r carries an error of 4 e m, including a conversion to float. Its length carries another
   // 4 e of itself, and a slope 4 e m |u| + 6 e |u| |r|. Each bound below is wider by at least a
   // fifth, which covers its own rounding.
-  constexpr float kEps = 0x1p-24f;
   const Float squares = dot(w, w) + dot(u, u) + dot(v, v);
   const Float m = squareRoot(all(3) * squares);
   const Float r_error = all(5 * kEps) * m;
@@ -41,12 +48,42 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const CapsulePairs& pairs,
 
   const Float farthest = distance * all(1 + 6 * kEps) + r_error;
   const Float nearest = max(distance * all(1 - 6 * kEps) - r_error, all(0));
-  const Float reach_up = reach * all(1 + 8 * kEps) + error * all(1 + 8 * kEps);
-  const Float least = nearest * nearest * all(1 - 8 * kEps);
-  const Float enough = (reach_up * reach_up + gap + all(2) * slope_error) * all(1 + 16 * kEps);
+  return {reach, error, nearest, farthest, gap, all(2) * slope_error, isInRange(squares)};
+}
 
-  const auto in_range = isInRange(squares);
-  return {(farthest <= reach * all(1 - 8 * kEps)) & in_range, (enough <= least) & in_range};
+FCL_FIBERS_ALWAYS_INLINE Float reachUp(const DistanceLanes& d) {
+  const Float outward = Float::all(1 + 8 * kEps);
+  return d.reach * outward + d.error * outward;
+}
+
+FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const DistanceLanes& d) {
+  const auto all = [](float x) HWY_ATTR { return Float::all(x); };
+  const Float reach_up = reachUp(d);
+  const Float least = d.nearest * d.nearest * all(1 - 8 * kEps);
+  const Float enough = (reach_up * reach_up + d.gap + d.slope_error) * all(1 + 16 * kEps);
+  return {(d.farthest <= d.reach * all(1 - 8 * kEps)) & d.in_range, (enough <= least) & d.in_range};
+}
+
+/// Stores the bounds of a group, and returns which of them tell something.
+FCL_FIBERS_ALWAYS_INLINE std::uint64_t storeGaps(const DistanceLanes& d, float* gaps) {
+  const auto all = [](float x) HWY_ATTR { return Float::all(x); };
+  const Float squared =
+      d.nearest * d.nearest * all(1 - 8 * kEps) - (d.gap + d.slope_error) * all(1 + 16 * kEps);
+  const Float least = squareRoot(max(squared, all(0))) * all(1 - 8 * kEps) - reachUp(d);
+  (least * all(1 - 8 * kEps)).storeAligned(gaps);
+  const auto is_tight = (d.farthest - d.reach) * all(31.0f / 32) <= least;
+  return (is_tight & (all(0) <= least) & d.in_range).mask();
+}
+
+std::uint64_t leastGaps(const CapsulePairs& pairs, float* gaps) {
+  RelativePairs relative;
+  const int end = pairs.filledSize();
+  for (int i = 0; i < end; ++i) relative.set(i, pairs.p(i), pairs.q(i), pairs.unit());
+  std::uint64_t known = 0;
+  for (int i = 0; i < end; i += PairBlock::kGroup) {
+    known |= std::uint64_t{storeGaps(distanceLanes(pairs, relative, i), gaps + i)} << i;
+  }
+  return known;
 }
 
 CapsulePairs::Verdict decide(const CapsulePairs& pairs) {
@@ -54,7 +91,8 @@ CapsulePairs::Verdict decide(const CapsulePairs& pairs) {
   RelativePairs relative;
   const int end = pairs.filledSize();
   for (int i = 0; i < end; ++i) relative.set(i, pairs.p(i), pairs.q(i), pairs.unit());
-  return verdictOfGroups(end, [&](int i) HWY_ATTR { return decideLanes(pairs, relative, i); });
+  return verdictOfGroups(
+      end, [&](int i) HWY_ATTR { return decideLanes(distanceLanes(pairs, relative, i)); });
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
@@ -66,11 +104,18 @@ HWY_AFTER_NAMESPACE();
 namespace fcl_fibers::geometry {
 
 HWY_EXPORT(decide);
+HWY_EXPORT(leastGaps);
 
 CapsulePairs::Verdict CapsulePairs::decide() {
   fill(kNoCapsule, kNoCapsule);
   simd::readEnvironment();
   return HWY_DYNAMIC_DISPATCH(decide)(*this);
+}
+
+std::uint64_t CapsulePairs::leastGaps(Row& gaps) {
+  fill(kNoCapsule, kNoCapsule);
+  simd::readEnvironment();
+  return HWY_DYNAMIC_DISPATCH(leastGaps)(*this, gaps.data());
 }
 
 }  // namespace fcl_fibers::geometry

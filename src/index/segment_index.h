@@ -306,6 +306,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// The distance of the axes of two usual segments that touch, or a small share of their length if
   /// that is 0; never 0. It is estimated from a sample.
   double usualReach() const;
+  /// The unit for blocks of pairs; see CapsulePairs.
+  double pairUnit() const { return unit_; }
 
   std::size_t memoryUsage() const;
 

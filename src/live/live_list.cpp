@@ -442,19 +442,24 @@ void LiveList::take(Entries& entries, const std::vector<std::size_t>& changed,
 void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
                                  std::vector<std::atomic<double>>* distances) const {
   constexpr double kInward = 1 - 0x1p-30;
+  constexpr std::size_t kTask = 8192, kRun = 256;
   told_distances_ = true;
   const TrianglesNow* const triangles = pairing.triangles();
+  const bool is_mesh = triangles != nullptr;
   const int second = pairing.sideCount() - 1;
-  const SegmentFlags free =
-      triangles != nullptr ? freeOfMesh(pairing, skips_touching) : SegmentFlags();
+  const SegmentFlags free = is_mesh ? freeOfMesh(pairing, skips_touching) : SegmentFlags();
   // Half of what two segments may come nearer is for each of them. A mesh rests.
-  const double share = (triangles != nullptr ? 1 : 0.5) * kInward;
-  const auto lower = [&](int side, SegmentId id, double distance) {
-    if (triangles != nullptr && free.has(id)) return;
+  const double share = (is_mesh ? 1 : 0.5) * kInward;
+  const auto shareOf = [share](double distance) { return std::max(share * distance, 0.0); };
+  const auto placeOf = [&](int side, SegmentId id) {
     const index::KeptSegments& segments = *pairing.side(side).segments;
     const std::size_t stride = segments.sharesEnds() ? 1 : 2;
-    const std::size_t place = stride * static_cast<std::size_t>(id - segments.begin());
-    const double its_share = std::max(share * distance, 0.0);
+    return stride * static_cast<std::size_t>(id - segments.begin());
+  };
+  const auto lower = [&](int side, SegmentId id, double distance) {
+    if (is_mesh && free.has(id)) return;
+    const double its_share = shareOf(distance);
+    const std::size_t place = placeOf(side, id);
     for (const std::size_t end : {place, place + 1}) {
       std::atomic<double>& least = distances[side][end];
       double before = least.load(std::memory_order_relaxed);
@@ -462,10 +467,34 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
       }
     }
   };
+  // Of what is as it was at first, all by one number, so that no store has to wait for another.
+  const auto setAll = [&](int side, double distance) {
+    const tree::SegmentIds& order = *pairing.side(side).order;
+    parallel::forRanges(
+        pairing.executor(), order.size(), kTask, [&](std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) {
+            if (is_mesh && free.has(order[i])) continue;
+            const std::size_t place = placeOf(side, order[i]);
+            for (const std::size_t end_of_it : {place, place + 1}) {
+              distances[side][end_of_it].store(shareOf(distance), std::memory_order_relaxed);
+            }
+          }
+        });
+  };
+
+  const auto lowerBoth = [&](const Pair& pair, double gap) {
+    lower(0, pair.a, gap);
+    if (!is_mesh) lower(second, pair.b, gap);
+  };
+  const auto lowerByGaps = [&](const Pair* pairs, std::size_t count) {
+    std::array<double, kRun> gaps;
+    pairing.findGaps(pairs, count, gaps.data());
+    for (std::size_t i = 0; i < count; ++i) lowerBoth(pairs[i], gaps[i]);
+  };
 
   // What is not listed: nearly the whole skin, or what is left of it where that is less.
   constexpr std::int64_t kMostAsked = 4;
-  std::size_t all = triangles != nullptr ? triangles->order().size() : 0;
+  std::size_t all = is_mesh ? triangles->order().size() : 0;
   for (int i = 0; i <= second; ++i) all += pairing.side(i).order->size();
   double wanted = std::max(covered_ - mostApproach(sidesOf(pairing)), 0.5 * covered_);
   std::vector<Pair> uncovered;
@@ -480,23 +509,29 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
   };
   while (wanted > 0 && !findUncovered()) wanted = wanted > 0x1p-10 * covered_ ? 0.5 * wanted : 0;
   for (int side = 0; side <= second; ++side) {
-    for (const SegmentId id : *pairing.side(side).order) lower(side, id, wanted);
+    setAll(side, wanted);
   }
-  for (const Pair& pair : uncovered) {
-    const double gap = pairing.gapOf(pair);
-    lower(0, pair.a, gap);
-    if (triangles == nullptr) lower(second, pair.b, gap);
+  for (std::size_t i = 0; i < uncovered.size(); i += kRun) {
+    lowerByGaps(&uncovered[i], std::min(kRun, uncovered.size() - i));
   }
 
-  constexpr std::size_t kTask = 8192;
   parallel::forRanges(pairing.executor(), entries_.size(), kTask,
                       [&](std::size_t begin, std::size_t end) {
+                        std::array<Pair, kRun> apart;
+                        std::size_t count = 0;
                         for (std::size_t i = begin; i < end; ++i) {
                           const Entry& entry = entries_[i];
-                          if (entry.slot >= 0 && skips_touching) continue;
-                          const double gap = entry.slot >= 0 ? 0 : pairing.gapOf(entry.pair);
-                          lower(0, entry.pair.a, gap);
-                          if (triangles == nullptr) lower(second, entry.pair.b, gap);
+                          if (entry.slot < 0) {
+                            apart[count++] = entry.pair;
+                            __builtin_prefetch(&distances[0][placeOf(0, entry.pair.a)]);
+                            if (!is_mesh)
+                              __builtin_prefetch(&distances[second][placeOf(second, entry.pair.b)]);
+                          } else if (!skips_touching) {
+                            lowerBoth(entry.pair, 0);
+                          }
+                          if (count < kRun && i + 1 < end) continue;
+                          lowerByGaps(apart.data(), count);
+                          count = 0;
                         }
                       });
   for (const Entry& entry : inside_) lower(0, entry.pair.a, 0);

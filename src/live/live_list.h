@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -43,9 +44,11 @@ class Pairing {
   /// on several threads.
   virtual std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const = 0;
 
-  /// Returns a lower bound of how far apart a pair is, beyond the margin. Only safe distances need
-  /// it.
-  virtual double gapOf(const tree::Pair& /*pair*/) const { return 0; }
+  /// Writes lower bounds of how far apart pairs are, beyond the margin. Only safe distances need
+  /// them. It is called on several threads.
+  virtual void findGaps(const tree::Pair* /*pairs*/, std::size_t count, double* gaps) const {
+    std::fill_n(gaps, count, 0.0);
+  }
 
   /// Moves the pairs that count at all to the front in their order, each as search() would find it,
   /// and returns their number. It is called on several threads.
@@ -125,8 +128,8 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   /// Bounds how far each end may move so that no pair touches then that does not touch now, in the
   /// frame of the first side; infinite for an end of no segment. A mesh does not move.
   /// @param pairing         that of the last update, since which nothing has changed
-  /// @param skips_touching  whether pairs that touch do not count, nor any of a segment that touches
-  ///                        the mesh; else their ends may not move
+  /// @param skips_touching  whether pairs that touch do not count, or any of what touches a mesh;
+  ///                        else their ends may not move
   /// @param distances       one for each side, by the ends of KeptSegments
   /// @pre isListed()
   void findSafeDistances(const Pairing& pairing, bool skips_touching,

@@ -76,6 +76,19 @@ std::vector<Answer> answersTo(const Block& block) {
   return answersOf(asked.pairs);
 }
 
+/// Lower bounds of gaps, in the unit of the pairs; -1 where there is none.
+std::vector<double> gapsOf(const Block& block) {
+  BlockOfPairs asked(block.unit);
+  for (const Question& question : block.questions) asked.add(question);
+  alignas(64) CapsulePairs::Row gaps;
+  const std::uint64_t known = asked.pairs.leastGaps(gaps);
+  std::vector<double> found;
+  for (std::size_t i = 0; i < block.questions.size(); ++i) {
+    found.push_back((known >> i & 1u) != 0 ? double{gaps[i]} / block.unit : -1);
+  }
+  return found;
+}
+
 std::string described(const Question& question) {
   std::ostringstream out;
   out.precision(17);
@@ -90,14 +103,22 @@ std::string described(const Question& question) {
 /// No answer is wrong, and all instruction sets give the same; returns how many there are.
 void expectTrueAnswers(const Block& block, std::size_t& decided) {
   const std::vector<Answer> answers = answersTo(block);
+  const std::vector<double> gaps = gapsOf(block);
   for (const std::int64_t target : simd::availableTargets()) {
     const simd::ScopedTarget scoped(target);
     ASSERT_EQ(answersTo(block), answers) << simd::targetName(target);
+    ASSERT_EQ(gapsOf(block), gaps) << simd::targetName(target);
   }
   for (std::size_t i = 0; i < answers.size(); ++i) {
     const Question& question = block.questions[i];
     const Segment &p = question.p, &q = question.q;
     ASSERT_NE(answers[i], Answer::kBoth) << described(question);
+    if (gaps[i] >= 0) {
+      const Real apart =
+          axisDistance(p, q) - Real(p.radius) - Real(q.radius) - Real(question.margin);
+      ASSERT_TRUE(gaps[i] <= apart - Real(question.error)) << described(question);
+      ASSERT_TRUE(gaps[i] >= 0.968L * apart) << described(question);
+    }
     if (answers[i] == Answer::kUndecided) continue;
     ++decided;
     ASSERT_FALSE(p.isBox() || q.isBox()) << described(question);
@@ -197,6 +218,23 @@ TEST(CapsulePairs, FewHairsAreLeftUndecided) {
     ASSERT_FALSE(HasFatalFailure());
   }
   EXPECT_LT(asked - decided, asked / 50) << "of " << asked;
+}
+
+// Safe distances of hair would take several times as long.
+TEST(CapsulePairs, TheGapsOfMostHairsAreTold) {
+  Random random(27);
+  std::size_t apart = 0, told = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Block block = hairs(random);
+    const std::vector<Answer> answers = answersTo(block);
+    const std::vector<double> gaps = gapsOf(block);
+    for (std::size_t k = 0; k < answers.size(); ++k) {
+      apart += answers[k] == Answer::kApart ? 1 : 0;
+      told += gaps[k] >= 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(apart, 1000u);
+  EXPECT_GT(told, apart * 9 / 10) << "of " << apart;
 }
 
 // A pair that touches would be missed, one that does not be reported, or the answer depend on the
