@@ -830,6 +830,8 @@ FAULTS = [
           "if (!pairing.isSolid()) missing.resize(", "missing.resize(", "arrays_test"),
     Fault("live pairs: a segment is inside although it touches", "live/inside.cpp",
           "near.has(id) || !deep_.has(id)", "!deep_.has(id)", "arrays_test"),
+    Fault("live pairs: a list serves whose anchors are rounded by more than its skin",
+          "live/live_list.cpp", "if (!(covered_ > 0)) return false;", "", "arrays_test"),
     Fault("live pairs: slots are free at once", "live/live_list.cpp",
           "for (const Entry& entry : ended_) free_.push_back(entry.slot);",
           "for (const Entry& entry : gone) free_.push_back(entry.slot);", "arrays_test"),

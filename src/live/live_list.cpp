@@ -228,6 +228,8 @@ std::optional<Pair> LiveList::unlisted(const Pairing& pairing, Leaf k, Leaf l) c
 /// Makes the list complete: of the pairs that are neither covered nor listed, it lists those that
 /// touch. Returns false if all have to be listed.
 bool LiveList::complete(const Pairing& pairing) {
+  // Far out the anchors may be rounded by more than the skin.
+  if (!(covered_ > 0)) return false;
   // Once the list has cost about as much as a search for all, a new one costs less.
   constexpr double kShareOfSearch = 0.25;
   const auto most =

@@ -195,6 +195,29 @@ TEST(LivePairs, EndIfTheTreeIsAnotherOne) {
   watch.checkAfterBuild(live, tree);
 }
 
+// One stray fiber would make the list of all others blind: so far out, anchors are rounded by more
+// than the skin.
+TEST(LivePairs, OutlastAFiberFarOut) {
+  for (const double far : {1e6, 1e9, 1e30}) {
+    MovingFibers<double> fibers = bundle(14);
+    for (std::size_t i = 0; i < 9; ++i) fibers.points[i].x() += far;
+    FiberTree tree;
+    tree.build(fibers.view());
+    LivePairs live(tree, {0.01});
+    LiveWatch<FiberTree> watch;
+    Random random(15);
+    for (int step = 0; step < 8; ++step) {
+      for (std::size_t i = 9; i < fibers.points.size(); ++i) {
+        fibers.points[i] += random.inCube(step == 4 ? 0.02 : 0.002);
+      }
+      tree.update(fibers.view());
+      live.update();
+      watch.check(live, tree);
+    }
+    EXPECT_GT(live.count(), 100u);
+  }
+}
+
 // A failed update would lose pairs, or hand out changes twice.
 TEST(LivePairs, StayAsTheyWereIfTheTreeCannotBeRead) {
   MovingFibers<double> fibers = bundle(9);
