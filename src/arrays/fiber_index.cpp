@@ -118,12 +118,10 @@ void FiberIndex::build(const FiberArrays<S>& fibers) {
   FiberTable table = emptyTable();
   addFibers(fibers, table, index_.executor());
   rebuild("FiberTree::build", ArraySource<S>(fibers, largest), &table);
-  build_number_ = update_number_ = newNumber();
 }
 
 template <typename S>
 void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fibers) {
-  update_number_ = newNumber();
   parallel::Executor* const executor = index_.executor();
   double largest = checkArrays(start != nullptr ? kEnd : kUpdate, fibers, executor);
   if (start != nullptr) largest = std::max(largest, checkArrays(kStart, *start, executor));
@@ -150,14 +148,21 @@ void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fiber
   is_valid_ = true;
 }
 
+/// From now on nobody takes what was found before for what is now, even if the change fails.
+void FiberIndex::beginChange() {
+  is_valid_ = false;
+  update_number_ = newNumber();
+}
+
 template <typename S>
 void FiberIndex::rebuild(const char* call, const ArraySource<S>& source, FiberTable* table) {
   const tree::Fibers runs = table->segments(index_.executor());
   const Frame frame = frameFor(call, source, runs.ids);
-  is_valid_ = false;
+  beginChange();
   if (table != &table_) {
     table_ = std::move(*table);
     layout_ = layoutOf(table_);
+    build_number_ = update_number_;
   }
   index_.build(source, frame, 0, table_.idCount(), runs);
   is_valid_ = true;
@@ -166,7 +171,7 @@ void FiberIndex::rebuild(const char* call, const ArraySource<S>& source, FiberTa
 template <typename S>
 void FiberIndex::refit(const char* call, const ArraySource<S>& source, bool may_wait) {
   if (!is_valid_ || !source.staysFiniteIn(index_.frame())) return rebuild(call, source, &table_);
-  is_valid_ = false;
+  beginChange();
   if (may_wait && watch_.use_count() > 1) {
     index_.endStep();
     if (index_.reread(source)) {

@@ -48,9 +48,9 @@ class FiberIndex {
   /// needs them.
   std::shared_ptr<const void> watch() const { return watch_; }
 
-  /// The number of the last build() or update(), of all indexes.
+  /// The number of the last build() or update() that was not refused, of all indexes.
   std::uint64_t updateNumber() const { return update_number_; }
-  /// The number of the last build(), which may give the names of segments to others.
+  /// The number of the last build() of these, which may give the names of segments to others.
   std::uint64_t buildNumber() const { return build_number_; }
 
   /// See FiberTree::segments().
@@ -64,6 +64,7 @@ class FiberIndex {
 
  private:
   fibers::FiberTable emptyTable() const;
+  void beginChange();
   template <typename S>
   void rebuild(const char* call, const ArraySource<S>& source, fibers::FiberTable* table);
   template <typename S>

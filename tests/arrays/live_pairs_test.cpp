@@ -223,7 +223,7 @@ TEST(LivePairs, StayAsTheyWereIfTheTreeCannotBeRead) {
   MovingFibers<double> fibers = bundle(9);
   FiberTree tree;
   tree.build(fibers.view());
-  LivePairs live(tree);
+  LivePairs live(tree, {0.01});
   live.update();
   LiveWatch<FiberTree> watch;
   watch.check(live, tree);
@@ -231,6 +231,8 @@ TEST(LivePairs, StayAsTheyWereIfTheTreeCannotBeRead) {
   fibers.points[7].x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(tree.update(fibers.view()), std::invalid_argument);
   fibers.points[7].x() = x;
+  std::vector<double> distances;
+  EXPECT_NO_THROW(live.safeDistances(distances)) << "the tree is as it was";
   live.update();
   EXPECT_TRUE(live.begun().empty());
   EXPECT_TRUE(live.ended().empty());
