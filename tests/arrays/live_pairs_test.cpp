@@ -29,9 +29,14 @@ using test::LiveWatch;
 using test::MovingFibers;
 using test::Random;
 
+/// What random scenes have had.
+struct Seen {
+  std::size_t pairs = 0, safe_points = 0;
+};
+
 /// Random scenes and calls, each compared with a tree that has just been built.
 template <typename S>
-void runScene(std::uint64_t seed) {
+void runScene(std::uint64_t seed, Seen& seen) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
   LiveCalls<S> calls(random);
@@ -40,14 +45,21 @@ void runScene(std::uint64_t seed) {
     calls.step(random);
     if (::testing::Test::HasFailure()) return;
   }
+  seen.pairs += calls.pairsSeen();
+  seen.safe_points += calls.safePoints();
 }
 
 // A pair would be missed where fibers move, grow, jump or change their tree, or get a wrong slot.
+// What is told would depend on the threads, or a step within the safe distances would let fibers
+// touch.
 TEST(LivePairs, AreThoseOfAFreshTree) {
+  Seen seen;
   for (std::uint64_t seed = 1; seed <= test::sceneCount(150); ++seed) {
-    seed % 3 == 0 ? runScene<float>(seed) : runScene<double>(seed);
+    seed % 3 == 0 ? runScene<float>(seed, seen) : runScene<double>(seed, seen);
     if (HasFailure()) return;
   }
+  EXPECT_GT(seen.pairs, 100000u);
+  EXPECT_GT(seen.safe_points, 10000u);
 }
 
 /// A few hundred fibers of one radius in a box, most of which touch some others.
