@@ -835,6 +835,12 @@ FAULTS = [
     Fault("live pairs: an update that is refused counts", "arrays/fiber_index.cpp",
           "  double largest = checkArrays(start",
           "  update_number_ = newNumber();\n  double largest = checkArrays(start", "arrays_test"),
+    Fault("live pairs: a build that fails after it has changed the names ends no pair",
+          "arrays/fiber_index.cpp",
+          "    build_number_ = update_number_;\n  }\n"
+          "  index_.build(source, frame, 0, table_.idCount(), runs);\n",
+          "  }\n  index_.build(source, frame, 0, table_.idCount(), runs);\n"
+          "  if (table != &table_) build_number_ = update_number_;\n", "faults_test"),
     Fault("live pairs: slots are free at once", "live/live_list.cpp",
           "for (const Entry& entry : ended_) free_.push_back(entry.slot);",
           "for (const Entry& entry : gone) free_.push_back(entry.slot);", "arrays_test"),

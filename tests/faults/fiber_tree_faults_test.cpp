@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -16,8 +17,10 @@
 
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/live_pairs.h>
 #include <fcl_fibers/triangle_mesh.h>
 
+#include "arrays/live_calls.h"
 #include "arrays/meshes.h"
 #include "support/allocation_faults.h"
 #include "support/assembly.h"
@@ -361,6 +364,118 @@ TEST(MeshFaults, UpdatingWithoutMemoryChangesNothing) {
       [&](const Meshes& meshes, bool failed) {
         EXPECT_EQ(seenAt(meshes.first).size() == before.size(), failed);
       });
+}
+
+/// Pairs that live, of a tree, of two, and of a tree and a mesh, and what a program knows of them.
+struct LivePairsSubject {
+  static constexpr int kKinds = 3;
+
+  LivePairsSubject(double skin, const Assembly<double>& fibers, const Assembly<double>& others)
+      : options{skin} {
+    tree.build(fibers.view());
+    other.build(others.view());
+  }
+  void update(int kind) { kind == 0 ? own.update() : kind == 1 ? both.update() : of_mesh.update(); }
+  /// That they are what a search finds.
+  void check(int kind, bool all_end = false) {
+    if (kind == 0) own_watch.checkPairs(own, pairsOf(tree), all_end);
+    if (kind == 1) both_watch.checkPairs(both, pairsOf(tree, other), all_end);
+    if (kind == 2) mesh_watch.checkPairs(of_mesh, pairsOfMesh(tree, mesh), all_end);
+  }
+  std::vector<double> told(int kind) const {
+    return kind == 0 ? recordOf(own) : kind == 1 ? recordOf(both) : recordOf(of_mesh);
+  }
+
+  LivePairsOptions options;
+  FiberTree tree, other;
+  TriangleMesh mesh{ball<double>(0.4, 8, 10).view(), TriangleMesh::Kind::kSolid};
+  LivePairs<FiberTree> own{tree, options}, both{tree, other, options};
+  LivePairs<TriangleMesh> of_mesh{tree, mesh, options};
+  LiveWatch<FiberTree> own_watch, both_watch;
+  LiveWatch<TriangleMesh> mesh_watch;
+};
+
+// After memory has run out in an update, pairs would be half of the step before, begin twice, or
+// share a slot.
+TEST(LivePairsFaults, AnUpdateWithoutMemoryTellsNothing) {
+  const Assembly<double> fibers = hair(6, 12, 195), others = hair(4, 12, 196);
+  struct Motion {
+    double of_all, of_one;
+  };
+  std::size_t changes = 0;
+  for (const Motion motion : {Motion{0, 0}, {0.002, 0}, {0.002, 0.7}, {0.3, 0}}) {
+    Random random(197);
+    Assembly<double> moved = fibers;
+    for (double& x : moved.points) x += random.between(-motion.of_all, motion.of_all);
+    for (std::size_t i = 0; i < 12; ++i) moved.points[3 * i] += motion.of_one;
+    for (const double skin : {-1.0, 0.0, 0.08}) {
+      for (int kind = 0; kind < LivePairsSubject::kKinds; ++kind) {
+        const auto make = [&] {
+          auto subject = std::make_unique<LivePairsSubject>(skin, fibers, others);
+          for (int i = 0; i < 2; ++i) {  // the first of which measures
+            subject->update(kind);
+            subject->check(kind);
+            subject->tree.update(fibers.view());
+          }
+          subject->tree.update(moved.view());
+          subject->mesh.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.5 * motion.of_one, 0, 0}});
+          return subject;
+        };
+        const std::vector<double> before = make()->told(kind);
+        strikeEverywhere(
+            "skin " + std::to_string(skin) + ", kind " + std::to_string(kind), make,
+            [&](const auto& subject) { subject->update(kind); },
+            [&](const auto& subject, bool failed) {
+              if (failed) {
+                EXPECT_EQ(subject->told(kind), before);
+              } else {
+                subject->check(kind);
+                changes += subject->told(kind) != before ? 1 : 0;
+              }
+            });
+      }
+    }
+  }
+  EXPECT_GT(changes, 500u);
+}
+
+// If memory runs out in a build that has given the names to other segments, an update makes up for
+// it. The pairs of before would live on as pairs of segments that never met.
+TEST(LivePairsFaults, ABuildWithoutMemoryMayEndAllPairs) {
+  const Assembly<double> fibers = hair(6, 12, 195), others = hair(9, 30, 198);
+  bool struck = true;
+  std::size_t ended = 0;
+  for (std::size_t number = 0; struck && !HasFailure(); ++number) {
+    SCOPED_TRACE(number);
+    LivePairsSubject subject(0.08, fibers, others);
+    for (const int kind : {0, 1, 2}) {
+      subject.update(kind);
+      subject.check(kind);
+    }
+    bool failed = false;
+    {
+      const AllocationFault fault(number, AllocationFault::Lasts::kOnce);
+      try {
+        subject.tree.build(others.view());
+      } catch (const std::bad_alloc&) {
+        failed = true;
+      }
+      struck = fault.struck();
+    }
+    bool all_end = true;
+    try {
+      subject.tree.update(others.view());
+      ended += failed ? 1 : 0;
+    } catch (const std::invalid_argument&) {
+      subject.tree.update(fibers.view());
+      all_end = false;
+    }
+    for (const int kind : {0, 1, 2}) {
+      subject.update(kind);
+      subject.check(kind, all_end);
+    }
+  }
+  EXPECT_GT(ended, 3u);
 }
 
 std::vector<FiberTreeOptions> optionsToStrike() {
