@@ -5,16 +5,21 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <fcl_fibers/live_pairs.h>
+
+#include "arrays/live_calls.h"
 #include "arrays/queries.h"
 #include "support/process_threads.h"
 #include "support/small_stack.h"
@@ -394,6 +399,83 @@ TEST(VisitInParallel, EndsThrowsAndMayQuery) {
     EXPECT_EQ(calls, all.size());
     EXPECT_EQ(wrong, 0);
     EXPECT_NO_THROW(tree.update(motion.end.view())) << "no query runs any more";
+  }
+}
+
+/// Calls all at the same time, each on a thread of its own.
+void callAtOnce(const std::vector<std::function<void()>>& calls) {
+  std::atomic<std::size_t> ready{0};
+  std::vector<std::thread> threads;
+  for (const auto& call : calls) {
+    threads.emplace_back([&] {
+      for (++ready; ready < calls.size();) std::this_thread::yield();
+      call();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+TEST(ArrayTreeThreadsTest, MayReadLivePairsAtOnce) {
+  // If this fails, threads of a program fit a tree together that an update has left unfitted, or
+  // read pairs in the making.
+  for (const int threads : {1, 2}) {
+    Assembly<double> fibers = curledFibers<double>(75, 120), others = curledFibers<double>(76, 60);
+    FiberTreeOptions options = capsules();
+    options.threads = threads;
+    FiberTree tree(options), other(options), fresh(options), fresh_other(options);
+    tree.build(fibers.view());
+    other.build(others.view());
+    const TriangleMesh mesh(ball<double>(0.3, 8, 12).view(), TriangleMesh::Kind::kSolid);
+    const LivePairsOptions skin{0.02};
+    LivePairs own(tree, skin), of_other(other, skin);
+    LivePairs<FiberTree> both(tree, other, skin);
+    LivePairs<TriangleMesh> of_mesh(tree, mesh, skin);
+    Random random(77);
+    for (int step = 0; step < 12; ++step) {
+      SCOPED_TRACE(testing::Message() << threads << " threads, step " << step);
+      const double size = step % 4 == 3 ? 0.05 : 0.001;
+      for (Assembly<double>* const moved : {&fibers, &others}) {
+        for (double& x : moved->points) x += random.between(-size, size);
+      }
+      fresh.build(fibers.view());
+      fresh_other.build(others.view());
+      const PairList pairs = pairsOf(fresh), of_both = pairsOf(fresh, fresh_other);
+      const PairList with_mesh = pairsOfMesh(fresh, mesh), of_others = pairsOf(fresh_other);
+      tree.update(fibers.view());
+      other.update(others.view());
+      const auto expectOwn = [&] { EXPECT_EQ(pairsOf(tree), pairs); };
+      const auto expectOther = [&] { EXPECT_EQ(pairsOf(other), of_others); };
+      const auto expectLive = [](const auto& live, const PairList& expected) {
+        std::vector<typename std::decay_t<decltype(live)>::Pair> found;
+        live.find(found);
+        EXPECT_EQ(sorted(found).size(), expected.size());
+        std::size_t visited = 0;
+        live.visit([&](const auto&, std::int32_t) { ++visited; });
+        EXPECT_EQ(visited, expected.size());
+        EXPECT_LE(live.begun().size() + live.ended().size() + live.count(),
+                  2 * static_cast<std::size_t>(live.slotCount()));
+      };
+      const auto expectSafe = [](const auto& live) {
+        std::vector<double> distances, of_partner;
+        live.safeDistances(distances, of_partner);
+        EXPECT_FALSE(distances.empty() || of_partner.empty());
+      };
+      // They fit the trees.
+      if (step % 3 == 0) callAtOnce({expectOwn, expectOther, expectOwn, expectOther});
+      own.update();
+      of_mesh.update();
+      if (step % 2 == 0) of_other.update();
+      // An update reads the partner as a query does.
+      callAtOnce({[&] { both.update(); }, expectOther, expectOther, [&] { expectLive(own, pairs); },
+                  [&] { expectLive(of_mesh, with_mesh); }});
+      if (step % 2 == 1) of_other.update();
+      for (int round = 0; round < 2; ++round) {
+        callAtOnce({[&] { expectLive(own, pairs); }, [&] { expectLive(both, of_both); },
+                    [&] { expectLive(of_other, of_others); }, [&] { expectSafe(own); },
+                    [&] { expectSafe(both); }, [&] { expectSafe(own); }, expectOwn, expectOther});
+      }
+    }
+    EXPECT_GT(own.count() + both.count() + of_mesh.count(), 300u);
   }
 }
 
