@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 #include <list>
 #include <map>
@@ -30,14 +29,9 @@
 #include "arrays/array_fibers.h"
 #include "arrays/meshes.h"
 #include "support/random.h"
+#include "support/scene_count.h"
 
 namespace fcl_fibers::test {
-
-/// The environment variable FCL_FIBERS_LIVE_SCENES asks for more random scenes than usual.
-inline std::uint64_t sceneCount(std::uint64_t usual) {
-  const char* const text = std::getenv("FCL_FIBERS_LIVE_SCENES");
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : usual;
-}
 
 /// Fibers whose points a test moves.
 template <typename S>

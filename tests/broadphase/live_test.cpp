@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -12,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -19,6 +21,7 @@
 
 #include "support/managers_under_test.h"
 #include "support/pair_queries.h"
+#include "support/scene_count.h"
 #include "support/scene_generators.h"
 
 // A manager with a skin reports what one without it does, and tells which pairs begin and end.
@@ -140,8 +143,8 @@ class Twins {
     both([&](auto& manager) { manager.registerObjects(objects); });
     told_.add(objects);
   }
-  void addFiber(const Objects<S>& fiber, FiberGroup group = {}) {
-    both([&](auto& manager) { manager.registerFiber(fiber, FiberEnds::kOpen, group); });
+  void addFiber(const Objects<S>& fiber, FiberEnds ends, FiberGroup group) {
+    both([&](auto& manager) { manager.registerFiber(fiber, ends, group); });
     told_.add(fiber);
   }
   void update() {
@@ -205,10 +208,11 @@ MANAGER_SUITE(LiveManagers, LayeredManagers);
 // A pair would be missed, or told twice, after some combination of calls.
 TYPED_TEST(LiveManagers, ReportWhatOthersDoWhateverIsCalled) {
   using S = typename TypeParam::Scalar;
-  constexpr int kSeeds = 5, kCalls = 70;
+  constexpr int kCalls = 70;
+  const int seeds = static_cast<int>(sceneCount(5));
   std::size_t most_live = 0;
   Twins<TypeParam>::pairs_seen = 0;
-  for (int seed = 0; seed < kSeeds && !this->HasFailure(); ++seed) {
+  for (int seed = 0; seed < seeds && !this->HasFailure(); ++seed) {
     Random random(static_cast<std::uint64_t>(400 + seed));
     FiberManagerOptions options = byCapsules();
     options.ignored_neighbors = seed % 3;
@@ -235,17 +239,26 @@ TYPED_TEST(LiveManagers, ReportWhatOthersDoWhateverIsCalled) {
     const auto other = TypeParam::make(options);
     other->registerObjects(other_scene.objects());
 
+    if (seed % 5 >= 3) {  // far from the origin
+      const Eigen::Vector3d place = (std::is_same_v<S, float> ? 30 : 1e6) * random.direction();
+      for (Scene<S>* const all : {&scene, &other_scene}) {
+        for (auto* object : all->objects()) translate(*object, place);
+      }
+    }
+
     Objects<S> outside = scene.loose(), inside;
+    std::vector<std::pair<fcl::CollisionObject<S>*, fcl::Transform3<S>>> away;
     const auto enter = [&](const Objects<S>& objects) {
       inside.insert(inside.end(), objects.begin(), objects.end());
     };
     const auto addFiber = [&](std::size_t fiber) {
-      twins.addFiber(scene.fibers()[fiber], FiberGroup{static_cast<int>(fiber % 3)});
+      twins.addFiber(scene.fibers()[fiber], fiber % 4 == 1 ? FiberEnds::kClosed : FiberEnds::kOpen,
+                     FiberGroup{static_cast<int>(fiber % 3)});
       enter(scene.fibers()[fiber]);
     };
     for (std::size_t f = 0; f < scene.fibers().size(); ++f) addFiber(f);
     for (int call = 0; call < kCalls && !this->HasFailure(); ++call) {
-      const std::size_t what = random.below(16);
+      const std::size_t what = random.below(19);
       SCOPED_TRACE("call " + std::to_string(call) + ": " + std::to_string(what));
       if (inside.empty()) {
         enter(outside);
@@ -331,6 +344,29 @@ TYPED_TEST(LiveManagers, ReportWhatOthersDoWhateverIsCalled) {
         twins.told().expectLive(twins.skinned());
         one->setTransform(pose);
         random.below(2) == 0 ? twins.both([](auto& manager) { manager.setup(); }) : twins.update();
+      } else if (what == 16) {
+        twins.both([](auto& manager) { manager.setup(); });
+        twins.update();
+      } else if (what == 17) {  // all rest
+        twins.update();
+        const std::size_t live = twins.told().size();
+        twins.update();
+        EXPECT_EQ(twins.told().size(), live);
+        EXPECT_TRUE(twins.skinned().begunPairs().empty() && twins.skinned().endedPairs().empty());
+      } else if (what == 18) {  // some are at the end of the world for a while
+        if (away.empty()) {
+          const double far = std::pow(10, random.between(1, std::is_same_v<S, float> ? 5 : 12));
+          for (std::size_t i = 1 + random.below(3); i > 0; --i) {
+            auto* const one = inside[random.below(inside.size())];
+            away.emplace_back(one, one->getTransform());
+            translate(*one, far * random.direction());
+          }
+        } else {
+          for (; !away.empty(); away.pop_back()) {
+            moveTo(*away.back().first, away.back().second);
+          }
+        }
+        twins.update();
       }
       auto* const one = call % 4 == 0 ? scene[random.below(scene.size())] : nullptr;
       twins.expectSame(one, call % 6 == 0 ? &*other : nullptr);
