@@ -265,7 +265,8 @@ class LiveWorld {
 template <typename S>
 class LiveCalls {
  public:
-  explicit LiveCalls(Random& random) : radius_(std::pow(10.0, random.between(-3, 3))) {
+  explicit LiveCalls(Random& random)
+      : radius_(std::pow(10.0, random.between(-3, 3))), is_calm_(random.below(3) != 0) {
     const double far[] = {0, 0, 0, 0, 1000, 1e6};
     place_ = far[random.below(6)] * radius_ * random.inCube(1);
     for (const std::size_t i : kBoth) makeFibers(random, i);
@@ -296,8 +297,9 @@ class LiveCalls {
   static constexpr std::array<std::size_t, 2> kBoth{0, 1};
 
   double someSkin(Random& random) const {
-    const double skins[] = {-1, 0, 0.2, 1, 5, 40};
-    return skins[random.below(6)] * radius_;
+    const double skins[] = {-1, 0, 40, 0.2, 0.5, 1, 2, 5};
+    return skins[is_calm_ && random.below(3) != 0 ? 3 + random.below(5) : random.below(8)] *
+           radius_;
   }
   void chooseOptions(Random& random) {
     const Topology topology = random.below(8) == 0 ? Topology::kSuperThread : Topology::kBundle;
@@ -376,12 +378,14 @@ class LiveCalls {
   void move(Random& random, std::size_t which) {
     MovingFibers<S>& fibers = fibers_[which];
     std::vector<Eigen::Vector3d>& home = home_[which];
-    const double step = radius_ * std::pow(10.0, random.between(-3, 0.5));
+    const double step =
+        radius_ * std::pow(10.0, is_calm_ ? random.between(-4, -1) : random.between(-3, 0.5));
     bool is_exact = random.below(8) == 0;
     const auto forFiber = [&](std::size_t f, const auto& act) {
       for (std::size_t i = fibers.begin[f]; i < fibers.endOf(f); ++i) act(fibers.points[i]);
     };
-    switch (random.below(13)) {
+    const bool is_usual = is_calm_ && random.below(4) != 0;
+    switch (is_usual ? 13 + random.below(2) : random.below(13)) {
       case 0:  // it rests
         return;
       case 1:  // a rigid motion
@@ -444,6 +448,15 @@ class LiveCalls {
         for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
           if (is_all || f == only) forFiber(f, [&](Eigen::Vector3d& p) { p = point; });
         }
+        break;
+      }
+      case 13: {  // a point or a fiber leaves its surroundings
+        const std::size_t f = random.below(fibers.fiberCount());
+        const Eigen::Vector3d jump = random.inCube(5 * radius_);
+        const bool is_all = random.below(2) == 0;
+        forFiber(f, [&](Eigen::Vector3d& p) {
+          if (is_all || random.below(4) == 0) p += jump;
+        });
         break;
       }
       default:
@@ -522,7 +535,7 @@ class LiveCalls {
     }
     move(random, which);
     change<T>(random, which);
-    if (random.below(3) == 0) moveMesh(random);
+    if (random.below(is_calm_ ? 8 : 3) == 0) moveMesh(random);
     askTrees(random);
     // Several over one tree are updated in any order, some not at all, and some twice.
     std::array<std::size_t, kKinds> order{0, 1, 2, 3, 4};
@@ -537,7 +550,7 @@ class LiveCalls {
   /// Does something to a tree, behind which it is that of the fibers.
   template <typename T>
   void change(Random& random, std::size_t which) {
-    switch (random.below(20)) {
+    switch (random.below(is_calm_ ? 100 : 20)) {
       case 0:  // the same topology, or another one
         if (random.below(2) == 0) makeFibers(random, which);
         return build<T>(which);
@@ -787,6 +800,7 @@ class LiveCalls {
   }
 
   const double radius_;  ///< the usual one
+  const bool is_calm_;   ///< whether lists serve for some steps
   Eigen::Vector3d place_;
   MovingFibers<S> fibers_[2];
   std::vector<Eigen::Vector3d> home_[2];  ///< while a fiber is away, the points before
