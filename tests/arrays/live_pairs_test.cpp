@@ -58,8 +58,8 @@ TEST(LivePairs, AreThoseOfAFreshTree) {
     seed % 3 == 0 ? runScene<float>(seed, seen) : runScene<double>(seed, seen);
     if (HasFailure()) return;
   }
-  EXPECT_GT(seen.pairs, 100000u);
-  EXPECT_GT(seen.safe_points, 10000u);
+  EXPECT_GT(seen.pairs, 500 * test::sceneCount(150));
+  EXPECT_GT(seen.safe_points, 20 * test::sceneCount(150));
 }
 
 /// A few hundred fibers of one radius in a box, most of which touch some others.
