@@ -243,7 +243,7 @@ class LiveWorld {
       record = recordOf(live);
       const LivePairsCounters counters = live.counters();
       for (const std::int64_t count :
-           {counters.updates, counters.listings, counters.renewed_segments, counters.tested_pairs,
+           {counters.updates, counters.listings, counters.uncovered_pairs, counters.tested_pairs,
             counters.touching_pairs, counters.longest_life}) {
         record.push_back(static_cast<double>(count));
       }
