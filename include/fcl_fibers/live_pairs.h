@@ -20,8 +20,9 @@ namespace fcl_fibers {
 struct LivePairsOptions {
   /// How far beyond what touches pairs are listed, in the unit of the fibers: finite, or negative
   /// if it is chosen. A wide skin serves for many steps, and each step tests more pairs. What is
-  /// chosen depends only on the calls and arrays, not on time or threads, and may be 0. At 0 there
-  /// is no list, and each update searches.
+  /// chosen depends on how fast segments part and on what lists have cost, in counts. So it depends
+  /// only on the calls and arrays, not on time or threads. It may be 0. At 0 there is no list, and
+  /// each update searches.
   double skin = -1;
 };
 
@@ -60,9 +61,10 @@ struct LivePairsCounters {
 /// FiberTree::update(); FiberTree::build() ends all pairs, because it may give their names to other
 /// segments.
 ///
-/// While a tree has LivePairs, FiberTree::update() with one argument reads and checks all points,
-/// and leaves it to the first query that needs the tree to refit that. So a step without a search
-/// does not pay for one. After an update with a step, the pairs are those at its end.
+/// While LivePairs have a list, FiberTree::update() of their tree with one argument reads and
+/// checks all points, and leaves it to the first query that needs the tree to refit that. So a step
+/// without a search does not pay for one. After an update with a step, the pairs are those at its
+/// end.
 ///
 /// With a mesh, pairs outlast all that it does in TriangleMesh::setPose() and update(). All end if
 /// a mesh of another construction is assigned to it. A segment wholly inside a solid is paired with

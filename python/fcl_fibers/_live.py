@@ -68,7 +68,7 @@ class LivePairs:
     mesh outlast its set_pose() and update(). A segment wholly inside a solid is paired with its
     nearest triangle: if another one becomes the nearest, one pair ends and another one begins.
 
-    While a tree has live pairs, FiberTree.update() without `end` reads and checks the points, and
+    While live pairs have a list, FiberTree.update() without `end` reads and checks the points, and
     leaves it to the first search to refit the tree. After an update with `end`, the pairs are those
     at its end.
 

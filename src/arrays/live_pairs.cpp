@@ -257,17 +257,25 @@ class LivePairs<Partner>::Impl {
   void update() {
     const std::shared_ptr<FiberIndex> own = tree_.index();
     if constexpr (std::is_same_v<Partner, FiberTree>) {
-      const std::shared_ptr<FiberIndex> other = partner_.index();
+      // To hold an index twice takes as long as some tests of pairs.
+      const std::shared_ptr<FiberIndex> held = &tree_ != &partner_ ? partner_.index() : nullptr;
+      const std::shared_ptr<FiberIndex>& other = held != nullptr ? held : own;
       const bool is_own = own == other;
-      requireReady(own, is_own ? 3 : 2);
-      requireNone(other->problem(/*needs_capsules=*/true));
-      if (!(*own)->matches(**other)) {
+      requireReady(own, held != nullptr && is_own ? 3 : 2);
+      if (!is_own) requireNone(other->problem(/*needs_capsules=*/true));
+      if (!is_own && !(*own)->matches(**other)) {
         fibers::throwInvalidArgument(kUpdate,
                                      "the trees have other topologies; construct them alike");
       }
-      watches_ = {own->watch(), other->watch()};
       TreePairing pairing(*own, is_own ? nullptr : other.get());
-      update(pairing, {Version::of(*own), Version::of(*other)});
+      const Version version = Version::of(*own);
+      update(pairing, {version, is_own ? version : Version::of(*other)});
+      // A search needs the tree at once, so it may as well be fitted where it is read.
+      if (list_.isListed()) {
+        watches_ = {own->watch(), other->watch()};
+      } else if (watches_[0] != nullptr) {
+        watches_ = {};
+      }
     } else {
       requireReady(own, 2);
       const index::PlacedMesh placed = MeshReader::placed(partner_);
@@ -276,10 +284,10 @@ class LivePairs<Partner>::Impl {
                                      "the coordinates of the mesh overflow in the unit of the "
                                      "fibers; bring it nearer to them");
       }
-      watches_[0] = own->watch();
       const Version mesh = Version::of(partner_, placed);
       MeshPairing pairing(*own, placed, mesh.places);
       update(pairing, {Version::of(*own), mesh});
+      watches_[0] = list_.isListed() ? own->watch() : nullptr;
     }
   }
 

@@ -169,7 +169,7 @@ class Coverage {
           const LaneMask first = is_one && a == b ? LaneMask{2} << row : 1;
           return forLanes(columns[static_cast<std::size_t>(row)] & -first, [&](int column) {
             // To take a pair costs about as much as to compare so many nodes.
-            constexpr std::int64_t kPrice = 8;
+            constexpr std::int64_t kPrice = 2;
             left_ -= kPrice;
             take_(i * BlockTree::kBlock + a * kArity + row,
                   j * BlockTree::kBlock + b * kArity + column);

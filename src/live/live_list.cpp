@@ -24,6 +24,8 @@ using tree::SegmentId;
 using Entry = LiveList::Entry;
 using Entries = parallel::UnwrittenVector<Entry>;
 
+bool isBefore(const Pair& p, const Pair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; }
+
 /// Puts what a search finds into a list.
 class ListSink final : public index::PairSink {
  public:
@@ -130,8 +132,6 @@ SegmentFlags segmentsOf(const Pairing& pairing, const Pairs& pairs) {
   return flags;
 }
 
-bool isBefore(const Pair& p, const Pair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; }
-
 /// Whether a segment and a triangle are at most `reach` apart.
 bool areNear(const geometry::Segment& p, const geometry::Triangle& triangle, double reach) {
   return p.isBox() ? boxesTouch(p, boxAround(triangle), reach)
@@ -143,27 +143,33 @@ bool areNear(const geometry::Segment& p, const geometry::Triangle& triangle, dou
 LiveList::LiveList(double skin) : fixed_(skin), skin_(/*is_chosen=*/skin < 0) {}
 
 void LiveList::update(Pairing& pairing, double scale, Last last) {
+  const bool told_distances = told_distances_.exchange(false);
   // Until the end the list is none that may serve.
   const State before =
       last == Last::kSame ? std::exchange(state_, State::kNone) : (state_ = State::kNone);
   Entries listed;
   std::vector<Entry> gone;
-  const double unit = skin_.isChosen() && before != State::kNone ? pairing.usualReach() : 1;
+  const bool has_unit = skin_.isChosen() && (before != State::kNone || skin_.knowsSpeed());
+  const double unit = has_unit ? pairing.usualReach() : 1;
   bool serves = false;
   if (before != State::kNone) {
     ++age_;
-    measure(pairing);
-    skin_.setSpeed(usualApproach(sidesOf(pairing), unit) / (unit * static_cast<double>(age_)));
-    serves = before == State::kListed && complete(pairing);
+    const bool is_worn = before == State::kListed && skin_.isWorn();
+    if (!is_worn) {
+      measure(pairing, /*samples=*/before == State::kAnchored);
+      skin_.setApproach(usualApproach(sidesOf(pairing), unit) / unit, age_);
+      serves = before == State::kListed && complete(pairing, told_distances);
+    }
     if (serves) counts_.longest_life = std::max(counts_.longest_life, age_);
   }
   State now = State::kListed;
   if (!serves) {
-    const double skin = skin_.isChosen() ? skin_.next() * unit : fixed_ * scale;
+    const double skin =
+        skin_.isChosen() ? skin_.next(before == State::kListed) * unit : fixed_ * scale;
     list(pairing, skin, last, listed, gone);
     if (skin <= 0) now = skin_.wantsSpeed() ? State::kAnchored : State::kNone;
-    if (now != State::kNone) anchor(pairing);
-    age_ = asked_ = 0;
+    if (now != State::kNone) anchor(pairing, /*samples=*/now == State::kAnchored);
+    age_ = 0;
     used_skin_ = skin / scale;
   }
   Entries& entries = serves ? entries_ : listed;
@@ -178,15 +184,37 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
   ++counts_.updates;
 }
 
-/// Bounds how far all ends have moved since they were listed.
-void LiveList::measure(const Pairing& pairing) {
+/// The segments of some blocks of a side. They suffice to tell how fast all move.
+SegmentsNow LiveList::sampleOf(const SegmentsNow& side, tree::SegmentIds& order) {
+  constexpr std::size_t kBlock = Anchors::kBlock, kFewBlocks = 32, kMostBlocks = 1024;
+  const std::size_t blocks = side.order->size() / kBlock;
+  const std::size_t step =
+      std::max(blocks / kMostBlocks, std::min<std::size_t>(blocks / kFewBlocks, 8));
+  SegmentsNow sample = side;
+  if (step < 2) return sample;
+  for (std::size_t i = 0; i < blocks; i += step) {
+    const auto begin = side.order->begin() + static_cast<std::ptrdiff_t>(i * kBlock);
+    order.insert(order.end(), begin, begin + kBlock);
+  }
+  sample.order = &order;
+  return sample;
+}
+
+/// Bounds how far ends have moved since they were listed.
+/// @param samples  whether some segments are anchored, and not all
+void LiveList::measure(const Pairing& pairing, bool samples) {
+  tree::SegmentIds orders[2];
+  SegmentsNow sides[2];
+  for (int i = 0; i < pairing.sideCount(); ++i) {
+    sides[i] = samples ? sampleOf(pairing.side(i), orders[i]) : pairing.side(i);
+  }
   std::vector<geometry::MovedPoint> points;
-  for (int i = 0; i < pairing.sideCount(); ++i) anchors_[i].sample(pairing.side(i), points);
+  for (int i = 0; i < pairing.sideCount(); ++i) anchors_[i].sample(sides[i], points);
   const TrianglesNow* const triangles = pairing.triangles();
   if (triangles != nullptr) mesh_.sample(*triangles, points);
   const geometry::AffineMap motion = commonMotion(points);
   for (int i = 0; i < pairing.sideCount(); ++i) {
-    anchors_[i].measure(pairing.side(i), motion, pairing.executor());
+    anchors_[i].measure(sides[i], motion, pairing.executor());
   }
   if (triangles != nullptr) mesh_.measure(*triangles, motion, pairing.executor());
 }
@@ -227,27 +255,21 @@ std::optional<Pair> LiveList::unlisted(const Pairing& pairing, Leaf k, Leaf l) c
 
 /// Makes the list complete: of the pairs that are neither covered nor listed, it lists those that
 /// touch. Returns false if all have to be listed.
-bool LiveList::complete(const Pairing& pairing) {
+bool LiveList::complete(const Pairing& pairing, bool told_distances) {
   // Far out the anchors may be rounded by more than the skin.
   if (!(covered_ > 0)) return false;
-  // Once the list has cost about as much as a search for all, a new one costs less.
-  constexpr double kShareOfSearch = 0.25;
-  const auto most =
-      std::max<std::int64_t>(
-          static_cast<std::int64_t>(kShareOfSearch * skin_.costOfSearch()) - asked_, 0) +
-      1024;
   // What is left of the skin bounds safe distances. If a program moved its points by these, and the
   // list were renewed only once nothing is left, they would become less and less, and never end.
-  const double covered = told_distances_.exchange(false) ? 0.5 * covered_ : covered_;
+  const double covered = told_distances ? 0.5 * covered_ : covered_;
   std::vector<Pair> missing;
+  const std::int64_t most = skin_.mostAsked();
   std::int64_t left = most;
   const bool is_checked =
       visitUncovered(sidesOf(pairing), covered, pairing.margin(), left, [&](Leaf k, Leaf l) {
         if (const std::optional<Pair> pair = unlisted(pairing, k, l)) missing.push_back(*pair);
       });
-  asked_ += most - left;
-  skin_.setAsked(static_cast<double>(most - left));
   if (!is_checked) return false;
+  skin_.setUpdate(most - left, entries_.size() + missing.size());
   counts_.uncovered_pairs += static_cast<std::int64_t>(missing.size());
   // A segment may pass through a surface from one update to the next. Those of a solid that have a
   // listed triangle are asked on which side they are.
@@ -318,10 +340,12 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
   listed_ = skin;
 }
 
-/// Anchors all segments where they are.
-void LiveList::anchor(const Pairing& pairing) {
+/// Anchors all segments where they are, or a sample.
+void LiveList::anchor(const Pairing& pairing, bool samples) {
   for (int i = 0; i < pairing.sideCount(); ++i) {
-    anchors_[i].set(pairing.side(i), pairing.executor());
+    tree::SegmentIds order;
+    anchors_[i].set(samples ? sampleOf(pairing.side(i), order) : pairing.side(i),
+                    pairing.executor());
   }
   if (pairing.triangles() != nullptr) mesh_.set(*pairing.triangles(), pairing.executor());
   // The anchors are rounded.

@@ -151,12 +151,13 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   using Entries = parallel::UnwrittenVector<Entry>;
 
   Sides sidesOf(const Pairing& pairing) const;
-  void measure(const Pairing& pairing);
+  static SegmentsNow sampleOf(const SegmentsNow& side, tree::SegmentIds& order);
+  void measure(const Pairing& pairing, bool samples);
   std::optional<tree::Pair> unlisted(const Pairing& pairing, Leaf k, Leaf l) const;
-  bool complete(const Pairing& pairing);
+  bool complete(const Pairing& pairing, bool told_distances);
   void add(const Pairing& pairing, std::vector<tree::Pair> pairs);
   void list(Pairing& pairing, double skin, Last last, Entries& listed, std::vector<Entry>& gone);
-  void anchor(const Pairing& pairing);
+  void anchor(const Pairing& pairing, bool samples);
   SegmentFlags freeOfMesh(const Pairing& pairing, bool skips_touching) const;
   static std::vector<std::size_t> allNew(const Entries& entries);
   std::vector<std::size_t> test(const Pairing& pairing, const Entries& entries);
@@ -168,7 +169,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   /// What the anchors serve for.
   enum class State {
     kNone,
-    kAnchored,  ///< to measure how fast the segments move
+    kAnchored,  ///< to measure how fast a sample of the segments moves
     kListed,    ///< to tell how long the list is complete
   };
 
@@ -186,8 +187,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   State state_ = State::kNone;
   double listed_ = 0;   ///< how much further apart than the margin what is listed is, in the frame
   double covered_ = 0;  ///< how much nearer what is not listed may come; less because of rounding
-  std::int64_t age_ = 0;    ///< updates since all segments were anchored
-  std::int64_t asked_ = 0;  ///< nodes compared since then
+  std::int64_t age_ = 0;  ///< updates since all segments were anchored
   Anchors anchors_[2];
   MeshAnchors mesh_;
   Inside sides_;

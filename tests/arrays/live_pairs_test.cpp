@@ -134,6 +134,37 @@ TEST(LivePairs, MakeNoListsWhereAllFlies) {
   }
 }
 
+// A storm would be paid for with a wide list that does not outlast it, and a calm after it would be
+// searched for long.
+TEST(LivePairs, EndTheirListInAStormAndListAgainInTheCalm) {
+  MovingFibers<double> fibers = bundle(8);
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree);
+  LiveWatch<FiberTree> watch;
+  Random random(9);
+  const std::vector<Eigen::Vector3d> middle = fibers.points;
+  const auto step = [&](double motion) {
+    for (auto& p : fibers.points) p += random.inCube(motion);
+    tree.update(fibers.view());
+    live.update();
+    watch.check(live, tree);
+  };
+  for (int spell = 0; spell < 3; ++spell) {
+    int without = 0;
+    for (int i = 0; i < 20; ++i) {
+      step(0.0005);
+      without += live.skin() == 0 ? 1 : 0;
+    }
+    EXPECT_LE(without, spell == 0 ? 2 : 12);
+    for (int i = 0; i < 12; ++i) {
+      step(0.06);
+      EXPECT_EQ(live.skin(), 0) << "no list outlasts a step of a storm";
+    }
+    fibers.points = middle;
+  }
+}
+
 // The same calls would list at other times, or hand pairs out in another order.
 TEST(LivePairs, DoNotDependOnThreads) {
   std::vector<std::vector<LivePair<SegmentPair>>> expected;
