@@ -116,7 +116,7 @@ class SlotsOfPairs {
   std::ptrdiff_t beginOf(std::size_t place) const { return place > 0 ? ends_[place - 1] : 0; }
 
   std::int64_t first_ = 0;
-  std::vector<std::ptrdiff_t> ends_;  ///< by segment a, from first_ on
+  std::vector<std::int32_t> ends_;  ///< by segment a, from first_ on
   std::vector<Entry> entries_;
 };
 
@@ -331,9 +331,17 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
     for (Entry& entry : touched) {
       entry.pair = {pairing.nameNow(entry.pair.a), pairing.nameNow(entry.pair.b)};
     }
-    SlotsOfPairs slots(touched);
-    for (Entry& entry : listed) entry.slot = slots.take(entry.pair);
-    slots.addRest(gone);
+    const auto isSame = [](const Entry& p, const Entry& q) {
+      return p.pair.a == q.pair.a && p.pair.b == q.pair.b;
+    };
+    // Small scenes often find what they found before.
+    if (std::equal(listed.begin(), listed.end(), touched.begin(), touched.end(), isSame)) {
+      std::copy(touched.begin(), touched.end(), listed.begin());
+    } else {
+      SlotsOfPairs slots(touched);
+      for (Entry& entry : listed) entry.slot = slots.take(entry.pair);
+      slots.addRest(gone);
+    }
   }
   // A list lasts, and its memory has grown by doubling.
   if (skin > 0 && listed.capacity() / 9 * 8 > listed.size()) listed.shrink_to_fit();
