@@ -37,7 +37,7 @@ struct LivePair {
 struct LivePairsCounters {
   std::int64_t updates = 0;          ///< calls of update() that have not thrown
   std::int64_t listings = 0;         ///< searches for all pairs, or for all within the skin
-  std::int64_t uncovered_pairs = 0;  ///< tested though not listed, because they have moved far
+  std::int64_t uncovered_pairs = 0;  ///< tested though the last search had not listed them
   std::int64_t tested_pairs = 0;     ///< pairs that were tested, of all lists
   std::int64_t touching_pairs = 0;   ///< those of them that touched; the others were in vain
   std::int64_t longest_life = 0;     ///< the most updates that one listing of all pairs has served
@@ -143,12 +143,12 @@ class LivePairs {
   /// Writes for each point how far it may move, in the unit of the fibers, so that no two segments
   /// touch then that do not touch now: none do if no point moves further than its own distance. It
   /// is half of the gap to the nearest segment that it is not to touch, less up to a thirty-second
-  /// of that, and at most half of what is left of the skin: at least a quarter of the skin, if it
-  /// is asked for after each update. Points of a pair that touches get 0, unless such pairs are
-  /// skipped because a program parts them. Points of no segment get infinity. Neighbours and groups
-  /// that are left out of the pairs do not count, and the margin does. The second form writes the
-  /// distances of the partner's points, too, which then may move at the same time; in the first one
-  /// the partner's points may as well.
+  /// of that, and at most half of what is left of the skin: about a quarter of the skin at least,
+  /// if it is asked for after each update and not very many pairs are near. Points of a pair that
+  /// touches get 0, unless such pairs are skipped because a program parts them. Points of no
+  /// segment get infinity. Neighbours and groups that are left out of the pairs do not count, and
+  /// the margin does. The second form writes the distances of the partner's points, too, which then
+  /// may move at the same time; in the first one the partner's points may as well.
   ///
   /// With a mesh, they are such that no segment touches the mesh then, or is inside a solid, that
   /// does not now. The mesh stays where it is, so they are the whole gap, and at most all that is
@@ -157,8 +157,8 @@ class LivePairs {
   /// triangles or come out. Of several partners, the least distance of all LivePairs is safe.
   ///
   /// Throws std::invalid_argument if the trees or the mesh have changed since update(), if the
-  /// second form is asked with a mesh, or if there is no list: if skin() is 0. To have one always,
-  /// give LivePairsOptions::skin.
+  /// second form is asked with a mesh, or if there is no list: if skin() is 0, or update() has
+  /// thrown. To have one always, give LivePairsOptions::skin.
   ///@{
   FCL_FIBERS_TREE_EXPORT void safeDistances(std::vector<double>& distances,
                                             bool skips_touching = false) const;

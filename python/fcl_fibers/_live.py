@@ -30,7 +30,7 @@ class LiveCounters(NamedTuple):
 
     updates            calls of update() that have not raised an exception
     listings           searches for all pairs, or for all within the skin
-    uncovered_pairs    tested though not listed, because they have moved far
+    uncovered_pairs    pairs that were tested though the last search had not listed them
     tested_pairs       pairs that were tested, of all lists
     touching_pairs     those of them that touched; the others were in vain
     longest_life       the most updates that one listing of all pairs has served

@@ -96,16 +96,19 @@ class Live {
       live_.safeDistances(distances, skips_touching);
       return toArray(std::move(distances), type);
     } else {
-      const Unlocked unlocked;
-      if (isOwn()) {
-        live_.safeDistances(distances, skips_touching);
-      } else {
-        live_.safeDistances(distances, of_partner, skips_touching);
+      const bool is_own = isOwn();
+      {
+        const Unlocked unlocked;
+        if (is_own) {
+          live_.safeDistances(distances, skips_touching);
+        } else {
+          live_.safeDistances(distances, of_partner, skips_touching);
+        }
       }
+      if (is_own) return toArray(std::move(distances), type);
+      return py::make_tuple(toArray(std::move(distances), type),
+                            toArray(std::move(of_partner), type));
     }
-    if (isOwn()) return toArray(std::move(distances), type);
-    return py::make_tuple(toArray(std::move(distances), type),
-                          toArray(std::move(of_partner), type));
   }
 
   /// Returns what a function of the pairs without arguments does.

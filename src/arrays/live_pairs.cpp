@@ -364,7 +364,9 @@ class LivePairs<Partner>::Impl {
     }
     if (!list_.isListed()) {
       fibers::throwInvalidArgument(
-          kSafeDistances, "there is no list at present; construct the pairs with a skin above 0");
+          kSafeDistances,
+          "there is no list at present; construct the pairs with a skin above 0, and call "
+          "LivePairs::update() again if it has thrown");
     }
   }
   std::array<Ends, 2> findSafeDistances(const live::Pairing& pairing, bool skips_touching) const {

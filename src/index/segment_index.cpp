@@ -273,7 +273,7 @@ bool SegmentIndex::reread(const SegmentSource& source) {
   return true;
 }
 
-/// Reads all segments. Returns a bound of their coordinates and radii, or a negative number if some
+/// Reads all segments. Returns a bound of their coordinates, or a negative number if some
 /// cannot be read.
 double SegmentIndex::readKept(KeptSegments& segments, const SegmentSource& source,
                               const Frame& frame) {

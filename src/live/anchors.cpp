@@ -3,12 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 
 #include "geometry/rounding.h"
-#include "simd/dispatch.h"
-#include "tree/extent.h"
 
 namespace fcl_fibers::live {
 namespace {
@@ -61,8 +58,10 @@ void Anchors::set(const SegmentsNow& now, parallel::Executor* executor) {
   });
   for (std::size_t i = 1; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
   anchors_.resize(static_cast<std::size_t>(begins_.back()));
-  // The anchors are the ends, rounded to float.
+  // The anchors are the ends, rounded to float. Radii may be larger than the reach, but what is
+  // not listed stays apart by more than their rounding.
   reach_ = now.reach;
+  error_ = errorOf(now);
   const float rounding = roundedUp(reach_ * std::numeric_limits<float>::epsilon());
   const Box moved{{-rounding, -rounding, -rounding}, {rounding, rounding, rounding}};
   forBlocks(executor, [&](std::int32_t block) {
@@ -104,13 +103,18 @@ geometry::Segment Anchors::segment(const SegmentsNow& now, Leaf leaf) const {
   return {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, a[3] == kRadiusOfBox ? -1 : double{a[3]}};
 }
 
+/// Bounds the error of a displacement, by axis.
+double Anchors::errorOf(const SegmentsNow& now) const {
+  // A turn takes three products and sums of numbers of this size, and another frame as many.
+  return 64 * std::numeric_limits<double>::epsilon() *
+         (now.reach + reach_ + maxNorm(motion_.shift));
+}
+
 void Anchors::measure(const SegmentsNow& now, const AffineMap& motion,
                       parallel::Executor* executor) {
   motion_ = motion;
   displacing_ = Displacing(now.to_anchors, motion);
-  // A turn takes three products and sums of numbers of this size, and another frame as many.
-  error_ =
-      64 * std::numeric_limits<double>::epsilon() * (now.reach + reach_ + maxNorm(motion.shift));
+  error_ = errorOf(now);
   forBlocks(executor, [&](std::int32_t block) {
     Node node = nodeOf(displacementsOf(anchored(now, block), displacing_));
     node.where = this->block(block).where;

@@ -35,7 +35,6 @@ class Anchors : public BlockTree {
   /// Anchors all ends where they are.
   /// @param executor  null for one thread
   void set(const SegmentsNow& now, parallel::Executor* executor);
-  void clear() { *this = Anchors(); }
 
   /// Bounds the displacements of all ends by a motion of all anchors.
   void measure(const SegmentsNow& now, const geometry::AffineMap& motion,
@@ -61,11 +60,12 @@ class Anchors : public BlockTree {
   std::size_t anchorOf(const SegmentsNow& now, Leaf leaf) const;
   void set(std::size_t place, const geometry::Vec3d& point, const geometry::CapsuleEnd& end);
   Node nodeOf(const Displacements& bounds) const;
+  double errorOf(const SegmentsNow& now) const;
 
   double reach_ = 0;  ///< bounds the coordinates of anchors
   geometry::AffineMap motion_;
   Displacing displacing_{nullptr, motion_};
-  double error_ = 0;                           ///< bounds the error of a displacement, by axis
+  double error_ = 0;                           ///< errorOf() the last ends
   parallel::UnwrittenVector<Anchor> anchors_;  ///< of block after block
   std::vector<std::int32_t> begins_;           ///< by block: its first anchor; and the end
 };

@@ -26,7 +26,6 @@ class BlockTree {
 
   /// The nodes of the leaves of a block.
   struct BlockNodes {
-    Node get(Leaf leaf) const { return packs[leaf % kBlock / kArity].get(leaf % kArity); }
     void set(Leaf leaf, const Node& node) {
       packs[leaf % kBlock / kArity].set(leaf % kArity, node);
     }

@@ -2,12 +2,11 @@
 #include "live/coverage.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "geometry/rounding.h"
-#include "tree/extent.h"
 
 namespace fcl_fibers::live {
 namespace {

@@ -26,7 +26,8 @@ struct Sides {
 };
 
 /// Calls take(p, q) for the pairs of leaves, one of each side, that are not covered: that have come
-/// nearer by more than a length, and by as much as the gap between their anchors. This is asked of
+/// nearer by more than a length, and by as much of the gap between their anchors as is beyond the
+/// margin. This is asked of
 /// pairs of nodes, from the root down to pairs of leaves. Returns false if it takes too long.
 /// @param covered  how much nearer they may come
 /// @param margin   within which segments touch

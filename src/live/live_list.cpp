@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 #include <iterator>
 #include <optional>
 #include <utility>
@@ -152,25 +151,29 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
   const bool has_unit = skin_.isChosen() && (before != State::kNone || skin_.knowsSpeed());
   const double unit = has_unit ? pairing.usualReach() : 1;
   bool serves = false;
+  double used_skin = used_skin_;
   if (before != State::kNone) {
     ++age_;
     const bool is_worn = before == State::kListed && skin_.isWorn();
     if (!is_worn) {
       measure(pairing, /*samples=*/before == State::kAnchored);
-      skin_.setApproach(usualApproach(sidesOf(pairing), unit) / unit, age_);
+      if (skin_.isChosen()) {
+        skin_.setApproach(usualApproach(sidesOf(pairing), unit) / unit, age_);
+      }
       serves = before == State::kListed && complete(pairing, told_distances);
     }
     if (serves) counts_.longest_life = std::max(counts_.longest_life, age_);
   }
   State now = State::kListed;
   if (!serves) {
-    const double skin =
-        skin_.isChosen() ? skin_.next(before == State::kListed) * unit : fixed_ * scale;
+    const double skin = skin_.isChosen()
+                            ? skin_.next(before == State::kListed && !told_distances) * unit
+                            : fixed_ * scale;
     list(pairing, skin, last, listed, gone);
     if (skin <= 0) now = skin_.wantsSpeed() ? State::kAnchored : State::kNone;
     if (now != State::kNone) anchor(pairing, /*samples=*/now == State::kAnchored);
     age_ = 0;
-    used_skin_ = skin / scale;
+    used_skin = skin / scale;
   }
   Entries& entries = serves ? entries_ : listed;
   const bool all_touch = !serves && now != State::kListed;
@@ -181,6 +184,7 @@ void LiveList::update(Pairing& pairing, double scale, Last last) {
   take(entries, changed, inside, gone, last != Last::kOtherNames);
   if (!serves) skin_.setFound(entries_.size(), touching_count_);
   state_ = now;
+  used_skin_ = used_skin;
   ++counts_.updates;
 }
 
@@ -236,7 +240,8 @@ Sides LiveList::sidesOf(const Pairing& pairing) const {
   return {count, {&anchors_[0], &anchors_[count - 1]}, /*is_mesh=*/false, have_boxes, writeNodes};
 }
 
-/// Returns the pair of two leaves if it counts and may not be listed, by its anchors.
+/// Returns the pair of two leaves if it counts, unless the search has listed it, as its anchors
+/// tell.
 std::optional<Pair> LiveList::unlisted(const Pairing& pairing, Leaf k, Leaf l) const {
   const TrianglesNow* const triangles = pairing.triangles();
   const int second = pairing.sideCount() - 1;
@@ -274,13 +279,17 @@ bool LiveList::complete(const Pairing& pairing, bool told_distances) {
   // A segment may pass through a surface from one update to the next. Those of a solid that have a
   // listed triangle are asked on which side they are.
   if (!pairing.isSolid()) missing.resize(pairing.keepTouching(missing.data(), missing.size()));
-  add(pairing, std::move(missing));
+  missing = withoutListed(pairing, std::move(missing));
+  // A vector would double its memory by itself.
+  const std::size_t count = entries_.size() + missing.size();
+  if (count > entries_.capacity()) entries_.reserve(std::max(count, entries_.size() / 8 * 9));
+  for (const Pair& pair : missing) entries_.push_back({pair, -1});
   return true;
 }
 
-/// Lists the pairs that are not listed.
-void LiveList::add(const Pairing& pairing, std::vector<Pair> pairs) {
-  if (pairs.empty()) return;
+/// Returns those of the pairs that are not listed, in ascending order.
+std::vector<Pair> LiveList::withoutListed(const Pairing& pairing, std::vector<Pair> pairs) const {
+  if (pairs.empty()) return pairs;
   std::sort(pairs.begin(), pairs.end(), isBefore);
   std::vector<bool> are_listed(pairs.size());
   const SegmentFlags flags = segmentsOf(pairing, pairs);
@@ -291,12 +300,12 @@ void LiveList::add(const Pairing& pairing, std::vector<Pair> pairs) {
       are_listed[static_cast<std::size_t>(found - pairs.begin())] = true;
     }
   }
-  // A vector would double its memory by itself.
-  const std::size_t most = entries_.size() + pairs.size();
-  if (most > entries_.capacity()) entries_.reserve(std::max(most, entries_.size() / 8 * 9));
+  std::size_t kept = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (!are_listed[i]) entries_.push_back({pairs[i], -1});
+    if (!are_listed[i]) pairs[kept++] = pairs[i];
   }
+  pairs.resize(kept);
+  return pairs;
 }
 
 /// Lists all pairs.
@@ -308,10 +317,12 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
   ListSink sink(pairing, listed);
   const Counter seen;
   pairing.search(skin, seen, sink);
+  std::size_t segments = 0;
+  for (int i = 0; i < pairing.sideCount(); ++i) segments += pairing.side(i).order->size();
   if (pairing.triangles() != nullptr) {
-    skin_.setMeshSearch(pairing.side(0).order->size(), touching_count_);
+    skin_.setMeshSearch(segments, touching_count_);
   } else {
-    skin_.setSearch(pairing.side(0).order->size(), seen.count());
+    skin_.setSearch(segments, seen.count());
   }
   sides_.clear();
   if (pairing.isSolid()) {
@@ -526,22 +537,34 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
     for (std::size_t i = 0; i < count; ++i) lowerBoth(pairs[i], gaps[i]);
   };
 
-  // What is not listed: nearly the whole skin, or what is left of it where that is less.
+  // What is not listed: nearly the whole skin, or what is left of it where that is less. Half of it
+  // is always left to what is covered.
   constexpr std::int64_t kMostAsked = 4;
   std::size_t all = is_mesh ? triangles->order().size() : 0;
   for (int i = 0; i <= second; ++i) all += pairing.side(i).order->size();
-  double wanted = std::max(covered_ - mostApproach(sidesOf(pairing)), 0.5 * covered_);
   std::vector<Pair> uncovered;
-  const auto findUncovered = [&] {
+  // @param nearer  by how much what is covered may have come nearer
+  const auto findUncovered = [&](double nearer) {
     uncovered.clear();
     std::int64_t left = kMostAsked * static_cast<std::int64_t>(all) + 1024;
-    return visitUncovered(sidesOf(pairing), covered_ - wanted, pairing.margin() + wanted, left,
+    return visitUncovered(sidesOf(pairing), nearer, pairing.margin() + covered_ - nearer, left,
                           [&](Leaf k, Leaf l) {
                             const std::optional<Pair> pair = unlisted(pairing, k, l);
                             if (pair) uncovered.push_back(*pair);
                           });
   };
-  while (wanted > 0 && !findUncovered()) wanted = wanted > 0x1p-10 * covered_ ? 0.5 * wanted : 0;
+  // The lanes round up by less.
+  constexpr double kOutward = 1 + 0x1p-16;
+  double nearer = std::min(kOutward * mostApproach(sidesOf(pairing)), 0.5 * covered_);
+  while (nearer < covered_ && !findUncovered(nearer)) {
+    // Too much is near. Less is told then, and at last nothing.
+    const double rest = covered_ - nearer;
+    nearer = nearer < 0.5 * covered_     ? 0.5 * covered_
+             : rest > 0x1p-10 * covered_ ? covered_ - 0.5 * rest
+                                         : covered_;
+  }
+  const double wanted = covered_ - nearer;
+  uncovered = withoutListed(pairing, std::move(uncovered));
   for (int side = 0; side <= second; ++side) {
     setAll(side, wanted);
   }

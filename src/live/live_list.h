@@ -96,7 +96,7 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   struct Counts {
     std::int64_t updates = 0;
     std::int64_t listings = 0;         ///< of all pairs
-    std::int64_t uncovered_pairs = 0;  ///< that were not listed, and tested
+    std::int64_t uncovered_pairs = 0;  ///< tested though the search had not listed them
     std::int64_t tested_pairs = 0;
     std::int64_t touching_pairs = 0;  ///< of the tested ones
     std::int64_t longest_life = 0;    ///< updates that a listing of all pairs has served
@@ -155,7 +155,8 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   void measure(const Pairing& pairing, bool samples);
   std::optional<tree::Pair> unlisted(const Pairing& pairing, Leaf k, Leaf l) const;
   bool complete(const Pairing& pairing, bool told_distances);
-  void add(const Pairing& pairing, std::vector<tree::Pair> pairs);
+  std::vector<tree::Pair> withoutListed(const Pairing& pairing,
+                                        std::vector<tree::Pair> pairs) const;
   void list(Pairing& pairing, double skin, Last last, Entries& listed, std::vector<Entry>& gone);
   void anchor(const Pairing& pairing, bool samples);
   SegmentFlags freeOfMesh(const Pairing& pairing, bool skips_touching) const;

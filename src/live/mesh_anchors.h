@@ -31,7 +31,6 @@ class MeshAnchors : public BlockTree {
   /// Anchors all points where they are.
   /// @param executor  null for one thread
   void set(const TrianglesNow& now, parallel::Executor* executor);
-  void clear() { *this = MeshAnchors(); }
 
   /// Bounds the displacements of all points. A mesh that rests, or has moved as a whole, costs time
   /// for its blocks and not for its points.

@@ -36,7 +36,7 @@ void findUncovered(const NodePack& first, simd::LaneMask rows, const NodePack& s
     const Eight growth = Eight::all(first.growth[row]) + Eight::load(second.growth);
     approach = (squareRoot(approach) + growth) * outward;
     const Eight reach = (approach + margin) * stretch;
-    // NaN and infinity are never covered.
+    // An infinite approach is never covered. No node that is there has NaN.
     const Eight::Truth covered = either(approach <= most, reach * reach < gap);
     columns[row] = ~covered.mask() & simd::firstLanes(NodePack::kSize);
   }

@@ -15,7 +15,7 @@ struct Node {
   float growth;         ///< bounds by how much a radius has grown
 };
 
-/// Eight nodes, of which some may be missing. These are NaN.
+/// Eight nodes. Some may be missing, and their numbers mean nothing; see BlockTree::lanes().
 struct NodePack {
   static constexpr int kSize = 8;
 

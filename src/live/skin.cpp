@@ -8,9 +8,9 @@
 namespace fcl_fibers::live {
 namespace {
 
-// What costs how much, in tests of a listed pair, which take about 29 ns: as measured in time on the
-// scenes of the benchmarks. Listed pairs come from anywhere in memory, so a test takes longer than
-// its instructions would.
+// What costs how much, in tests of a listed pair, which take about 29 ns: as measured in time on
+// the scenes of the benchmarks. Listed pairs come from anywhere in memory, so a test takes longer
+// than its instructions would.
 constexpr double kSearch = 3.6;   ///< a search, for each segment
 constexpr double kSeen = 0.9;     ///< and for each pair whose volumes overlap
 constexpr double kMeasure = 0.7;  ///< to bound displacements, for each segment

@@ -35,7 +35,7 @@ class Skin {
   void setUpdate(std::int64_t asked, std::size_t tests);
 
   /// Returns the skin of the search that comes next: 0 if it makes no list.
-  /// @param is_used_up  whether motion alone has ended the last list
+  /// @param is_used_up  whether the last list has served until too little of its skin was left
   double next(bool is_used_up);
 
   /// Whether the next update has to measure the speed, after a search that made no list.
@@ -43,7 +43,7 @@ class Skin {
 
   /// Whether the last update with the list has cost more than updates did in the mean since the
   /// list was made. As each one costs more than that before, a new list costs less.
-  bool isWorn() const { return is_chosen_ && last_update_ * served_ > spent_; }
+  bool isWorn() const { return last_update_ * served_ > spent_; }
 
   /// How many nodes an update may compare before it lists all pairs instead. Few if
   /// a storm has begun, so that what it asks in vain costs little beside a search.
@@ -69,7 +69,7 @@ class Skin {
   static constexpr int kSkins = 7;
   std::array<double, kSkins> costs_{};
   double segments_ = 0;
-  double asked_ = 0;                ///< nodes that an update with the last list has compared
+  double asked_ = 0;                ///< the mean of nodes that updates with the last list compared
   double search_ = 0;               ///< what the last search cost
   double plain_ = 0;                ///< what the last one without a skin cost; 0 before one
   double spent_ = 0;                ///< what the last list has cost, and its listing

@@ -487,6 +487,16 @@ TEST(LivePairs, SafeDistancesCountWhatIsNotListed) {
   live.safeDistances(distances);
   EXPECT_GT(distances[0] + distances[2], 0.09);
   EXPECT_LE(distances[0] + distances[2], 0.12);
+  // Now it touches, and was not listed with all others.
+  fibers.points[2].y() = fibers.points[3].y() = 0.19;
+  tree.update(fibers.view());
+  live.update();
+  EXPECT_EQ(live.counters().listings, 1);
+  EXPECT_EQ(live.count(), 1u);
+  live.safeDistances(distances);
+  EXPECT_EQ(distances[0], 0);
+  live.safeDistances(distances, /*skips_touching=*/true);
+  EXPECT_GT(distances[0], 0.05) << "a program that parts them itself would not get them apart";
 }
 
 // A solver whose steps are cut to these distances would come to rest in the middle of nowhere.
