@@ -523,7 +523,7 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(found[2:], ["30.0 ms", "2.00 ms", "15.0", "5.00", "1.00", "2.00"])
         found = self.row(listed, "helix, 100,000 segments, slow")
         self.assertEqual(found[0], "2.0")
-        self.assertEqual(found[-3:], ["2 %", "25 %", "59"])
+        self.assertEqual(found[-3:], ["0.020", "25 %", "59"])
         found = self.row(targets, "helix, 100,000 segments, slow")
         self.assertEqual(found[0], "5.00 MISSED (at least 10)")
         self.assertEqual(found[2:], ["2.00 met (at most 3)", "12.0 met (at least 10)", "-"])
