@@ -85,7 +85,8 @@ def test_pairs_are_those_of_brute_force(skin, options):
     counters = live.counters
     assert counters.updates == 40 and 0 < counters.listings <= 40
     assert counters.tested_pairs >= counters.touching_pairs
-    assert (counters.touching_pairs > 0) == (skin != 0)
+    if skin is not None:  # what is chosen may be no list
+        assert (counters.touching_pairs > 0) == (skin != 0)
     assert live.memory_usage > 0
 
 
