@@ -479,11 +479,13 @@ class ParallelSearch {
 
 Visit findPairs(const PairSearch& search, const PairFilter* filter, parallel::Executor* executor,
                 BlockPool& pool, PairSink& sink) {
-  if (executor == nullptr || search.leafCount() <= tree::kLeastGrain) {
+  const bool is_small = search.leafCount() <= tree::kLeastGrain;
+  if (executor == nullptr || is_small) {
     SerialBuffer buffer(filter, sink);
     SerialTasks tasks(search, buffer);
-    return search.split(tree::kAllPairs, tree::kLeastGrain, tasks) == Visit::kStop ? Visit::kStop
-                                                                                   : buffer.full();
+    const Visit visit = is_small ? search.run(tree::kAllPairs, buffer)
+                                 : search.split(tree::kAllPairs, tree::kLeastGrain, tasks);
+    return visit == Visit::kStop ? visit : buffer.full();
   }
   return ParallelSearch(search, filter, *executor, pool, sink).run();
 }

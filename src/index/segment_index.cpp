@@ -25,8 +25,17 @@ using Ids = std::array<SegmentId, kRange>;
 /// others.
 constexpr double kLoose = 1.5;
 
+/// The tree of so few segments is as good as a new one, however they have moved: most of its nodes
+/// are compared in any case.
+constexpr std::size_t kFew = 64;
+
 /// A frame is kept until the middle of the segments has moved by this share of their spread.
 constexpr double kDrift = 0.25;
+
+/// To find the extent takes as long as to read tens of segments. So it is looked at only after so
+/// many have been read, unless their reach is this many times as large or small as it was.
+constexpr std::size_t kUnseen = 512;
+constexpr double kReach = 8;
 
 }  // namespace
 
@@ -45,6 +54,8 @@ void SegmentIndex::copy(const SegmentIndex& other) {
   end_ = other.end_;
   looseness_when_built_ = other.looseness_when_built_;
   in_new_frame_ = other.in_new_frame_;
+  reach_in_new_frame_ = other.reach_in_new_frame_;
+  unseen_ = other.unseen_;
   sampled_in_new_frame_ = other.sampled_in_new_frame_;
   frame_lasts_ = other.frame_lasts_;
   fitted_ = other.fitted_;
@@ -187,6 +198,10 @@ void SegmentIndex::makeTree(const tree::Fibers& fibers, Middles middles) {
 
 bool SegmentIndex::refit(const SegmentSource& source) {
   if (frame_lasts_ && tryRefit(source, frame())) {
+    unseen_ += leaves().size();
+    const double reach = reachOf(now_), then = reach_in_new_frame_;
+    if (unseen_ < kUnseen && reach <= kReach * then && then <= kReach * reach) return true;
+    unseen_ = 0;
     const tree::Extent now = extent();
     // A frame that is no longer good is used once more, so that no update refits twice, unless it
     // is far too bad.
@@ -209,6 +224,8 @@ bool SegmentIndex::refit(const SegmentSource& source, const Frame& frame) {
 
 void SegmentIndex::useNewFrame() {
   in_new_frame_ = extent();
+  reach_in_new_frame_ = reachOf(now_);
+  unseen_ = 0;
   if (keepsSegments()) sampled_in_new_frame_ = sampledExtent(in_new_frame_.reach);
   // If the extent is not known, each refit chooses a frame.
   frame_lasts_ = in_new_frame_.is_finite;
@@ -469,7 +486,8 @@ double SegmentIndex::looseness() const {
 }
 
 bool SegmentIndex::hasDecayed(double loose) const {
-  return !options_.super_thread && looseness() > loose * looseness_when_built_;
+  return !options_.super_thread && leaves().size() > kFew &&
+         looseness() > loose * looseness_when_built_;
 }
 
 /// One dense query must not make the index keep much more memory for good.

@@ -432,6 +432,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   std::size_t build_count_ = 0;
   double looseness_when_built_ = 0;
   tree::Extent in_new_frame_;          ///< the extent when the frame was chosen
+  double reach_in_new_frame_ = 0;      ///< of all of it, when the frame was chosen
+  std::size_t unseen_ = 0;             ///< segments read since the extent was last found
   tree::Extent sampled_in_new_frame_;  ///< the same by sampledExtent(); if segments are kept
   bool frame_lasts_ = false;           ///< whether the frame is kept until it is no longer good
   std::size_t fitted_ = 0;  ///< leaves fitted by refitSome() since it last checked the looseness

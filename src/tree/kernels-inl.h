@@ -21,6 +21,7 @@ Visit overlapsOf(const Trees& trees, const TraversalTask& task, PairBuffer& out)
     using Pairing = std::decay_t<decltype(pairing)>;
     if constexpr (Pairing::TreeA::kArity == 2) {
       CollectPairs query(out);
+      if (task.node == TraversalTask::kAll) return visitAll<Trees>(pairing, query);
       return PairTraversal<Pairing, CollectPairs>(pairing, query).run(task);
     } else {
       return WideOverlaps<Pairing, Trees>(pairing, trees, out).run(task);

@@ -81,7 +81,7 @@ template <class Trees>
 Visit splitIntoTasks(const Trees& trees, const TraversalTask& task, std::int32_t grain,
                      TaskSink& out);
 /// Visits the pairs of a task, in an order that depends on the task.
-/// @pre the task is one of those with kLeastGrain
+/// @pre the task is one of those with kLeastGrain, or is all pairs of trees that are no larger
 template <class Trees>
 Visit visitOverlaps(const Trees& trees, const TraversalTask& task, PairBuffer& out);
 

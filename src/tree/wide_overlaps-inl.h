@@ -43,12 +43,18 @@ class WideOverlaps {
         out_(out) {}
 
   Visit run(const TraversalTask& task) {
-    if constexpr (Pairing::kSameFrame) {
-      if (task.node != TraversalTask::kCross) {
-        return overlapSelf(task.node) == Visit::kStop ? Visit::kStop : drain();
-      }
+    if (task.node == TraversalTask::kCross) {
+      waiting_[count_++] = {task.a_slot, task.b_slot};
+      return drain();
     }
-    waiting_[count_++] = {task.a_slot, task.b_slot};
+    if (a_.empty() || b_.empty()) return Visit::kContinue;
+    if constexpr (kIsPair<Trees>) {
+      // The root's volume is in no pack, so the search starts with the children of b's root.
+      for (int lane = 0; lane < b_.node(0).child_count; ++lane) openA(0, lane);
+    } else {
+      const std::int32_t node = task.node == TraversalTask::kAll ? 0 : task.node;
+      if (overlapSelf(node) == Visit::kStop) return Visit::kStop;
+    }
     return drain();
   }
 
