@@ -37,6 +37,10 @@ class Generations {
   SegmentId end() const { return end_; }
   ///@}
   bool isYoung(SegmentId id) const { return id >= main_.end(); }
+  /// The number of segments in both indexes.
+  std::size_t size() const {
+    return main_.leaves().size() + (hasYoung() ? young_.leaves().size() : 0);
+  }
   /// See SegmentIndex.
   ///@{
   bool keepsSegments() const { return main_.keepsSegments(); }

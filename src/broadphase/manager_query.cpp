@@ -239,7 +239,10 @@ Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Sce
   is_own ? begin(tree, single, Test::kNothing) : begin(single, tree, Test::kNothing);
   searched_ = &in;
   const Generations& segments = in.state().generations();
-  if (one.mesh != nullptr) {
+  // Few segments near its box are asked about one by one in less time than a search takes to begin.
+  constexpr std::size_t kFew = 64;
+  const bool are_few = is_own && !moves_ && !query_.is_for_distances && segments.size() <= kFew;
+  if (one.mesh != nullptr && !are_few) {
     sifts_ = false;
     if (moves_ || query_.is_for_distances) seen_.emplace();
     const double margin = state_.options().margin;
