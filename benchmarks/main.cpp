@@ -15,7 +15,7 @@
 //   fcl_fibers_bench --measure=cables [--cables=N] [--triangles=N]
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
 //   fcl_fibers_bench --measure=shapes|narrow [SCENE]
-//   fcl_fibers_bench --measure=queries|clients|costs|sampling|dials|motion-dials
+//   fcl_fibers_bench --measure=arms|queries|clients|costs|sampling|dials|motion-dials
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper   likewise
 //   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
@@ -65,6 +65,10 @@
 //                         without it
 //   FibersOf/<shape>      the scene as fibers of such shapes, kCapsules, neighbours left out
 //   OneByOne/<what>/...   objects that come, move and go by calls of their own
+//   Arms/<cell>/...       1,000 poses of an arm, or of a cable and an arm: update() of what moves,
+//                         and a query with a callback that ends it at the first hit. The time is
+//                         the median of the poses without a hit, "hit" of those with one, "update"
+//                         of all. "pairs" and "pairs_of_hit" are the mean calls of the callback
 //   Arrays/<tree>         FiberTree, and a plain loop that reads the points and writes boxes
 //   Threads/<what>/<n>    the stages of arrays, of a manager, or a plain loop over the points on n
 //                         threads, of which the library takes no more than the machine has.

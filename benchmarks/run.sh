@@ -5,7 +5,7 @@
 #                    --card [--again] | --threads] [--only NAME] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
-#   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arrays,
+#   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arms, arrays,
 #              growth, obstacles, motion, pairs that live. 57 minutes without the last. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion, narrow phases. 21 minutes.
@@ -161,6 +161,7 @@ case $scenes in
     measure queries queries
     measure clients clients
     measure shapes shapes
+    measure arms arms
     measure arrays_helix arrays $helix=100
     measure arrays_helix-2000 arrays $helix=2000
     measure arrays_cap arrays --scene=cap:fibers=50000

@@ -63,7 +63,7 @@ Geometry meshOf(const Point& radii) { return modelOf(scenes::makeBall(radii, kMe
 /// each pose moves all. A pose is asked for the first hit that is allowed.
 struct Cell {
   std::string name;
-  double margin = 0;  ///< of the boxes of all objects, and within which a pair is a hit
+  double margin = 0;             ///< of the boxes of all objects, and within which a pair is a hit
   std::vector<Geometry> shapes;  ///< of the resting ones, then of the others
   Poses resting;
   std::vector<Poses> moving;  ///< by pose
@@ -71,8 +71,8 @@ struct Cell {
   std::function<bool(std::size_t, std::size_t)> is_ignored;
 };
 
-/// Seven joints, each of which turns about another axis than the one before. Angles are random, as a
-/// planner tries them, or those of one motion.
+/// Seven joints, each of which turns about another axis than the one before. Angles are random, as
+/// a planner tries them, or those of one motion.
 std::vector<Poses> posesOfArm(scenes::Random& random, bool is_motion) {
   std::vector<Poses> poses(kPoses);
   for (std::size_t i = 0; i < kPoses; ++i) {
@@ -253,10 +253,10 @@ void registerCell(const std::shared_ptr<Cell>& cell, const std::vector<Contender
       numbers["update"] = median(updates);
       numbers["hits"] = static_cast<double>(times[1].size());
       numbers["hit"] = median(times[1]);
-      numbers["pairs_of_hit"] =
-          static_cast<double>(pairs[1]) / static_cast<double>(std::max<std::size_t>(times[1].size(), 1));
-      numbers["pairs"] =
-          static_cast<double>(pairs[0]) / static_cast<double>(std::max<std::size_t>(times[0].size(), 1));
+      numbers["pairs_of_hit"] = static_cast<double>(pairs[1]) /
+                                static_cast<double>(std::max<std::size_t>(times[1].size(), 1));
+      numbers["pairs"] = static_cast<double>(pairs[0]) /
+                         static_cast<double>(std::max<std::size_t>(times[0].size(), 1));
       return median(times[0]);
     });
   }

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import jinja2
 
+import arms
 import arrays
 import card
 import elsewhere
@@ -40,7 +41,7 @@ DOCUMENTED = {
     "headline": ("headline",),
     "full": (
         *("ratios", "best", "scene", "elsewhere", "clients", "changes", "candidates"),
-        *("beside", "fibers-of", "one-by-one"),
+        *("beside", "fibers-of", "one-by-one", "arms"),
         *("arrays", "growth", "obstacles", "obstacle-counts"),
         *("motion", "live", "live-counts"),
     ),
@@ -129,7 +130,7 @@ def speed(kind, folder, with_targets=False):
         report = Report(kind, "The headline", folder, files_of("frames", frames.HEADLINE))
     else:
         wanted = files_of("frames", frames.FULL)
-        wanted |= {"queries": "queries", "clients": "clients", "shapes": "shapes"}
+        wanted |= {"queries": "queries", "clients": "clients", "shapes": "shapes", "arms": "arms"}
         wanted |= files_of("arrays", arrays.SCENES) | {"growth": "growth"}
         wanted |= files_of("obstacles", obstacles.SCENES)
         wanted |= {f"motion by {radii} radii": f"motion_{radii}" for radii in motion.MOTIONS}
@@ -148,6 +149,7 @@ def speed(kind, folder, with_targets=False):
         found = [parts.get(name) for name in ("queries", "clients")]
         report.add("queries|clients", targets.of_managers, *found)
         report.add("shapes", targets.of_shapes, parts.get("shapes"))
+        report.add("arms", targets.of_arms, parts.get("arms"))
         report.add("arrays_.*", targets.of_arrays, parts)
         report.add("obstacles_.*", targets.of_obstacles, parts)
         report.add(r"motion_\d+", targets.of_motion, parts)
@@ -161,6 +163,7 @@ def speed(kind, folder, with_targets=False):
     report.add("queries", elsewhere.candidates, parts.get("queries"))
     for table in (shapes.beside, shapes.fibers_of, shapes.one_by_one):
         report.add("shapes", table, parts.get("shapes"))
+    report.add("arms", arms.arms, parts.get("arms"))
     report.add("arrays_.*", arrays.table, parts)
     report.add("growth", frames.growth, parts.get("growth"))
     report.add("obstacles_.*", obstacles.table, parts)

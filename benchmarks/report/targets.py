@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What is to be reached by the sets full and python: tables of what is met and what is missed."""
 
+import arms
 import arrays
 import elsewhere
 import frames
@@ -90,6 +91,19 @@ def of_shapes(part):
         rows.append([f"fibers of {name}, update / capsules", target(update, 1.5)])
     header = ["", "bytes, or times the reference"]
     return Table("targets of shapes", "Targets of shapes", header, rows)
+
+
+def of_arms(part):
+    goals = {"arm of hulls": (1.1, 1), "arm of meshes": (1.1, 1), "cable beside": (1.2, 1.2)}
+    rows = []
+    for cell, key, what, (theirs, *ours) in arms.cells_of(part):
+        if key == "update":
+            continue
+        least = next(goal for start, goal in goals.items() if cell.startswith(start))
+        cells = [target(theirs.median() / o.median(), g, least=True) for o, g in zip(ours, least)]
+        rows.append([what, *cells])
+    header = ["times as fast as FCL's tree", "kVolumes", "kCapsules"]
+    return Table("targets of arms", "Targets of arms", header, rows)
 
 
 def of_arrays(parts):
