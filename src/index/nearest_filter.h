@@ -2,10 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
@@ -24,26 +24,34 @@ struct Found {
 using FoundSegment = Found<geometry::Segment>;
 
 /// Remembers what find(id) has found, because pairs that follow soon after each other share
-/// segments.
+/// segments. To read an object again takes longer than to test a pair.
 template <class Find>
 class RememberingFind {
  public:
-  explicit RememberingFind(Find find) : find_(std::move(find)) { ids_.fill(-1); }
+  /// @param count  of the segments that there are
+  RememberingFind(std::size_t count, Find find) : find_(std::move(find)) {
+    std::size_t size = 1;
+    while (size < count && size < kMost) size *= 2;
+    entries_.resize(size);
+  }
 
   const FoundSegment& operator()(tree::SegmentId id) {
-    const std::size_t entry = static_cast<std::size_t>(id) % kEntries;
-    if (ids_[entry] != id) {
-      ids_[entry] = id;
-      found_[entry] = find_(id);
+    Entry& entry = entries_[static_cast<std::size_t>(id) & (entries_.size() - 1)];
+    if (entry.id != id) {
+      entry.found = find_(id);
+      entry.id = id;
     }
-    return found_[entry];
+    return entry.found;
   }
 
  private:
-  static constexpr std::size_t kEntries = 256;
+  struct Entry {
+    tree::SegmentId id = -1;
+    FoundSegment found = {};
+  };
+  static constexpr std::size_t kMost = 4096;
   Find find_;
-  std::array<tree::SegmentId, kEntries> ids_;
-  std::array<FoundSegment, kEntries> found_;  ///< set where an id is
+  std::vector<Entry> entries_;  ///< a power of two of them, by the last bits of the id
 };
 
 /// Receives the pairs whose volumes may be nearer than the limit, and hands on those whose capsules

@@ -405,8 +405,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   template <class F>
   tree::Visit visitTrees(const SegmentIndex& other, const Question& question, bool moves,
                          F&& visit) const;
-  template <class F>
-  tree::Visit withFilter(const Question& question, bool moves, const MovingRange& b,
+  template <class RangeOfB, class F>
+  tree::Visit withFilter(const Question& question, bool moves, RangeOfB&& rangeOfB,
                          const geometry::FrameChange* b_to_a, double error, F&& visit) const;
   tree::Visit find(const PairSearch& search, const PairFilter* filter, PairSink& sink) const {
     return findPairs(search, filter, executor_.get(), *blocks_, sink);

@@ -83,12 +83,14 @@ Visit SegmentIndex::visitTrees(const SegmentIndex& other, const Question& questi
 }
 
 /// Calls visit(filter) with what decides which pairs of this index and others count.
-template <class F>
-Visit SegmentIndex::withFilter(const Question& question, bool moves, const MovingRange& b,
+/// @param rangeOfB  returns the others; volumes do not need them
+template <class RangeOfB, class F>
+Visit SegmentIndex::withFilter(const Question& question, bool moves, RangeOfB&& rangeOfB,
                                const FrameChange* b_to_a, double error, F&& visit) const {
   if (question.of_volumes || !(moves || options_.capsules)) return visit(question.wanted);
   if (question.first != nullptr && !moves) return Visit::kContinue;
   const double margin = this->margin() + question.beyond * frame().scale;
+  const MovingRange b = rangeOfB();
   if (moves) {
     const SegmentHulls<MovingRange> hulls{b, b_to_a, error};
     const HullFilter filter(movingRange(question), hulls, margin, unit_, question);
@@ -108,7 +110,8 @@ std::size_t SegmentIndex::keepTouching(tree::Pair* pairs, std::size_t count) con
 Visit SegmentIndex::search(PairSink& sink, const Question& question) const {
   const bool moves = question.of_step && this->moves();
   return withFilter(
-      question, moves, movingRange(question), nullptr, 0, [&](const PairFilter* filter) {
+      question, moves, [&] { return movingRange(question); }, nullptr, 0,
+      [&](const PairFilter* filter) {
         const auto search = [&](const auto& tree) { return find(TreeSearch(tree), filter, sink); };
         return question.beyond > 0 ? std::visit(search, now_.tree)
                                    : visitTree(question, moves, search);
@@ -120,10 +123,13 @@ Visit SegmentIndex::search(const MovingSegment& segment, double error, Group gro
   const bool moves = question.of_step && (this->moves() || !rests(segment));
   const geometry::CapsuleEnd start[] = {firstEndOf(segment.start), secondEndOf(segment.start)};
   const geometry::CapsuleEnd end[] = {firstEndOf(segment.end), secondEndOf(segment.end)};
-  MovingRange one{{start, 2, second}, {end, 2, second}};
-  one.start.setMostError(endPointError(segment.start));
-  one.end.setMostError(endPointError(segment.end));
-  return withFilter(question, moves, one, nullptr, error, [&](const PairFilter* filter) {
+  const auto rangeOfOne = [&] {
+    MovingRange one{{start, 2, second}, {end, 2, second}};
+    one.start.setMostError(endPointError(segment.start));
+    one.end.setMostError(endPointError(segment.end));
+    return one;
+  };
+  return withFilter(question, moves, rangeOfOne, nullptr, error, [&](const PairFilter* filter) {
     return searchAround(segment, error, group, second, filter, sink, question, moves);
   });
 }
@@ -265,14 +271,14 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
     return searchOneByOne(other, source, sink, question);
   }
   KeptSegments read(other.options_.share_ends);
-  MovingRange second = other.movingRange();
-  if (options_.capsules && !other.keepsSegments()) {
+  const auto rangeOfOther = [&]() -> MovingRange {
+    if (!options_.capsules || other.keepsSegments()) return other.movingRange();
     read = other.readSegments(*source);
-    second = {read.range(), read.range()};
-  }
+    return {read.range(), read.range()};
+  };
   const bool moves = question.of_step && (this->moves() || other.moves());
   const FrameChange to_this(other.frame(), frame());
-  return withFilter(question, moves, second, &to_this, 0, [&](const PairFilter* filter) {
+  return withFilter(question, moves, rangeOfOther, &to_this, 0, [&](const PairFilter* filter) {
     return visitTrees(other, question, moves,
                       [&](const auto& two) { return find(TreeSearch(two), filter, sink); });
   });
@@ -319,8 +325,8 @@ FoundSegment SegmentIndex::find(const SegmentSource* source, SegmentId id) const
 
 Visit SegmentIndex::search(NearestSink& sink) const {
   const auto find_one = [&](SegmentId id) { return find(sink.source(), id); };
-  RememberingFind first(find_one);
-  RememberingFind second(find_one);
+  RememberingFind first(leaves().size(), find_one);
+  RememberingFind second(leaves().size(), find_one);
   NearestFilter filter(first, second, options_.capsules, sink);
   return std::visit([&](const auto& tree) { return visitNearest(tree, sink.limit(), filter); },
                     fitted().tree);
@@ -353,8 +359,8 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
     found.error = to_this.error(found.hull);
     return found;
   };
-  RememberingFind first(find_first);
-  RememberingFind second(find_second);
+  RememberingFind first(leaves().size(), find_first);
+  RememberingFind second(other.leaves().size(), find_second);
   NearestFilter filter(first, second, options_.capsules, sink);
   return std::visit(
       [&](const auto& tree, const auto& other_tree) {
