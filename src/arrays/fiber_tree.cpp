@@ -250,16 +250,24 @@ class FiberTree::Impl {
     const fibers::MeshContacts& contact = held.contact;
     const FiberArrays<S>& fibers = held.fibers;
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
-      constexpr std::size_t kAhead = 16;
-      for (std::size_t i = begin; i < end; ++i) {
-        // A point that does not exist is refused later.
-        const auto next = static_cast<std::size_t>(pairs[std::min(i + kAhead, end - 1)].segment);
-        if (next < fibers.point_count) __builtin_prefetch(arrays::addressOf(fibers, next));
-        const auto capsule = arrays::locate(held.text.c_str(), fibers, pairs[i].segment);
-        contacts[i] =
-            contact(contact.frame().fromWorld(capsule.segment), capsule.place, pairs[i].triangle);
-        contacts[i].segment = pairs[i].segment;
-        contacts[i].layout = index_.layout();
+      constexpr std::size_t kAtOnce = fibers::MeshContacts::kAtOnce, kAhead = 16;
+      std::array<fibers::MeshContacts::Pair, kAtOnce> several;
+      for (std::size_t i = begin; i < end; i += kAtOnce) {
+        const std::size_t size = std::min(kAtOnce, end - i);
+        for (std::size_t k = 0; k < size; ++k) {
+          // A point that does not exist is refused later.
+          const auto next =
+              static_cast<std::size_t>(pairs[std::min(i + k + kAhead, end - 1)].segment);
+          if (next < fibers.point_count) __builtin_prefetch(arrays::addressOf(fibers, next));
+          const auto capsule = arrays::locate(held.text.c_str(), fibers, pairs[i + k].segment);
+          several[k] = {contact.frame().fromWorld(capsule.segment), capsule.place,
+                        pairs[i + k].triangle};
+        }
+        contact.compute(several.data(), size, contacts + i);
+        for (std::size_t k = i; k < i + size; ++k) {
+          contacts[k].segment = pairs[k].segment;
+          contacts[k].layout = index_.layout();
+        }
       }
     });
   }

@@ -34,15 +34,25 @@ void moveOut(const Segment& capsule, const Triangle& triangle, TriangleContact& 
 MeshContacts::MeshContacts(const index::PlacedMesh& mesh)
     : is_solid_(mesh.is_solid), frame_{mesh.pose.shift, 1}, triangles_(mesh, frame_) {}
 
-MeshContact MeshContacts::operator()(const Segment& capsule, FiberSegment place,
-                                     index::TriangleId id) const {
-  const Triangle triangle = triangles_[id];
-  TriangleContact contact = geometry::triangleContact(capsule, triangle, frame_.origin);
-  const bool is_inside =
-      is_solid_ &&
-      (contact.crosses || triangles_.isInside(capsule.a + contact.s * (capsule.b - capsule.a)));
-  if (is_inside) moveOut(capsule, triangle, contact);
-  return publicContact(contact, place, id, is_inside);
+void MeshContacts::compute(const Pair* pairs, std::size_t count, MeshContact* contacts) const {
+  std::array<Segment, kAtOnce> capsules;
+  std::array<Triangle, kAtOnce> triangles;
+  std::array<geometry::ClosestOnTriangle, kAtOnce> closest;
+  for (std::size_t i = 0; i < count; ++i) {
+    capsules[i] = pairs[i].capsule;
+    triangles[i] = triangles_[pairs[i].triangle];
+  }
+  geometry::closestPoints(capsules.data(), triangles.data(), count, closest.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    const Segment& capsule = capsules[i];
+    TriangleContact contact =
+        geometry::triangleContact(capsule, triangles[i], closest[i], frame_.origin);
+    const bool is_inside =
+        is_solid_ &&
+        (contact.crosses || triangles_.isInside(capsule.a + contact.s * (capsule.b - capsule.a)));
+    if (is_inside) moveOut(capsule, triangles[i], contact);
+    contacts[i] = publicContact(contact, pairs[i].place, pairs[i].triangle, is_inside);
+  }
 }
 
 MeshContact publicContact(const TriangleContact& contact, FiberSegment place, index::TriangleId id,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include <fcl_fibers/contact.h>
@@ -38,10 +39,23 @@ class FCL_FIBERS_TREE_EXPORT MeshContacts {
   /// the world's origin.
   const geometry::Frame& frame() const { return frame_; }
 
-  /// @param capsule  in frame(); the contact is in the world
-  /// @pre the mesh has this triangle
+  /// A capsule of frame() and a triangle that the mesh has.
+  struct Pair {
+    geometry::Segment capsule;
+    FiberSegment place;
+    index::TriangleId triangle;
+  };
+  static constexpr std::size_t kAtOnce = geometry::kClosestAtOnce;
+  /// Computes contacts, which are in the world, several at a time.
+  /// @param count  1 to kAtOnce
+  void compute(const Pair* pairs, std::size_t count, MeshContact* contacts) const;
   MeshContact operator()(const geometry::Segment& capsule, FiberSegment place,
-                         index::TriangleId triangle) const;
+                         index::TriangleId triangle) const {
+    const Pair pair{capsule, place, triangle};
+    MeshContact contact;
+    compute(&pair, 1, &contact);
+    return contact;
+  }
 
   /// Replaces the content of `triangles` by those at most `reach` from a capsule of frame(), in
   /// ascending order, or else by its nearest.

@@ -12,24 +12,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
 
-/// As closestOfAxes(), but the points are closest even where axes that are nearly parallel cross.
-/// See SquaredDistance::atClosestByProjection().
-template <class Row>
-FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> closestByProjection(const Vec3Rows<Row>& w,
-                                                          const Vec3Rows<Row>& u,
-                                                          const Vec3Rows<Row>& v) {
-  const Row zero = Row::all(0);
-  const Row vv = dot(v, v), uv = dot(u, v), vw = dot(v, w);
-  const auto is_point = vv <= zero;
-  const Row u_share = choose(is_point, zero, quotient(uv, vv));
-  const Row w_share = choose(is_point, zero, quotient(vw, vv));
-  const Vec3Rows<Row> across = pointBetween(u, v, v, zero, u_share);
-  const Vec3Rows<Row> apart = pointBetween(w, v, v, zero, w_share);
-  const Row s = quotientInUnitInterval(zero - dot(apart, across), dot(across, across));
-  const Row t = quotientInUnitInterval(uv * s + vw, vv);
-  return {quotientInUnitInterval(uv * t - dot(u, w), dot(u, u)), t};
-}
-
 /// The three vectors of a pair at one time, as in RelativePairs, and how near the axes touch.
 template <class Row>
 struct PairRows {

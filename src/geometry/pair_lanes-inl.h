@@ -29,17 +29,20 @@ template <class Row>
 FCL_FIBERS_ALWAYS_INLINE Row dot(const Vec3Rows<Row>& a, const Vec3Rows<Row>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-FCL_FIBERS_ALWAYS_INLINE Vec3Lanes operator-(const Vec3Lanes& a, const Vec3Lanes& b) {
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE Vec3Rows<Row> operator-(const Vec3Rows<Row>& a, const Vec3Rows<Row>& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-FCL_FIBERS_ALWAYS_INLINE Vec3Lanes cross(const Vec3Lanes& a, const Vec3Lanes& b) {
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE Vec3Rows<Row> cross(const Vec3Rows<Row>& a, const Vec3Rows<Row>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
 /// By how much the tangent plane of a convex function falls from x to the end of [0, 1] that lies
 /// downhill.
-FCL_FIBERS_ALWAYS_INLINE Float fall(const Float& slope, const Float& x) {
-  return max(slope * x, slope * (x - Float::all(1)));
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE Row fall(const Row& slope, const Row& x) {
+  return max(slope * x, slope * (x - Row::all(1)));
 }
 
 /// Four numbers for each pair of a block: a vector and something else.
@@ -131,6 +134,24 @@ FCL_FIBERS_ALWAYS_INLINE Vec3Rows<Row> pointBetween(const Vec3Rows<Row>& w, cons
                                                     const Vec3Rows<Row>& v, const Row& s,
                                                     const Row& t) {
   return {w.x + s * u.x - t * v.x, w.y + s * u.y - t * v.y, w.z + s * u.z - t * v.z};
+}
+
+/// As closestOfAxes(), but the points are closest even where axes that are nearly parallel cross.
+/// See SquaredDistance::atClosestByProjection().
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> closestByProjection(const Vec3Rows<Row>& w,
+                                                          const Vec3Rows<Row>& u,
+                                                          const Vec3Rows<Row>& v) {
+  const Row zero = Row::all(0);
+  const Row vv = dot(v, v), uv = dot(u, v), vw = dot(v, w);
+  const auto is_point = vv <= zero;
+  const Row u_share = choose(is_point, zero, quotient(uv, vv));
+  const Row w_share = choose(is_point, zero, quotient(vw, vv));
+  const Vec3Rows<Row> across = pointBetween(u, v, v, zero, u_share);
+  const Vec3Rows<Row> apart = pointBetween(w, v, v, zero, w_share);
+  const Row s = quotientInUnitInterval(zero - dot(apart, across), dot(across, across));
+  const Row t = quotientInUnitInterval(uv * s + vw, vv);
+  return {quotientInUnitInterval(uv * t - dot(u, w), dot(u, u)), t};
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "geometry/directions.h"
-#include "geometry/triangle_distance.h"
 
 namespace fcl_fibers::geometry {
 
@@ -17,8 +16,7 @@ Vec3d unitNormal(const Triangle& triangle, const Vec3d& otherwise) {
 }
 
 TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle,
-                                const Vec3d& origin) {
-  const ClosestOnTriangle closest = closestPoints(capsule, triangle);
+                                const ClosestOnTriangle& closest, const Vec3d& origin) {
   // This bounds the rounding of points, which were rounded in world coordinates before.
   const double rounding =
       16 * std::numeric_limits<double>::epsilon() *

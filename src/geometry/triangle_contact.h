@@ -3,6 +3,7 @@
 
 #include "geometry/segment.h"
 #include "geometry/triangle.h"
+#include "geometry/triangle_distance.h"
 
 namespace fcl_fibers::geometry {
 
@@ -20,8 +21,13 @@ struct TriangleContact {
 /// The contact of a capsule and a triangle whose coordinates are relative to `origin`. If the axis
 /// crosses the triangle, the normal is one of the triangle's two: the one against which the capsule
 /// has to move less to get off the triangle's plane.
+/// @param closest  their closest points
 TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle,
-                                const Vec3d& origin);
+                                const ClosestOnTriangle& closest, const Vec3d& origin);
+inline TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle,
+                                       const Vec3d& origin) {
+  return triangleContact(capsule, triangle, closestPoints(capsule, triangle), origin);
+}
 
 /// The unit normal of a triangle, around which its corners are counterclockwise. A triangle without
 /// area has `otherwise`.

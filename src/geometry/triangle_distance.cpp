@@ -7,6 +7,7 @@
 
 #include "geometry/double_double.h"
 #include "geometry/squared_triangle_distance.h"
+#include "geometry/triangle_rows.h"
 
 namespace fcl_fibers::geometry {
 namespace {
@@ -58,16 +59,17 @@ bool wellScaledWithin(const Segment& p, const Triangle& t, double m, double reac
          DoubleDouble(reach) * DoubleDouble(reach) + DoubleDouble(0x1p-52 * rounding);
 }
 
-/// Finds the closest points of most contacts in a few operations: where an end of the axis is above
-/// the inside of a triangle that is no needle, or where the axis crosses it at no small angle. Then
-/// no error grows to more than a few times that of a coordinate.
+/// Finds the closest points in a few operations where an end of the axis is above the inside of a
+/// triangle that is no needle, or where the axis crosses it at no tiny angle. Then they are as near
+/// to each other as the closest ones, up to a few times the error of a coordinate. The error of
+/// where the axis crosses is that divided by the angle, which is less than the way to the edges.
 /// @return whether it is such a pair for certain
 bool findInside(const Segment& capsule, const Triangle& t, double m, ClosestOnTriangle& closest) {
   const Vec3d w = capsule.a - t.a, u = capsule.b - capsule.a, v1 = t.b - t.a, v2 = t.c - t.a;
   const Vec3d normal = cross(v1, v2);
   const double nn = squaredNorm(normal);
   const double height = dot(normal, w), climb = dot(normal, u);
-  constexpr double kLeastSine = 0x1p-4, kLeastSize = 0x1p-20;  // squared
+  constexpr double kLeastSine = 0x1p-4, kLeastSize = 0x1p-20, kLeastClimb = 0x1p-20;  // squared
   const double vv1 = squaredNorm(v1), vv2 = squaredNorm(v2);
   const bool is_wide = nn >= kLeastSine * vv1 * vv2 && std::min(vv1, vv2) >= kLeastSize * m * m;
   if (!is_wide) return false;
@@ -76,16 +78,46 @@ bool findInside(const Segment& capsule, const Triangle& t, double m, ClosestOnTr
   const double end = height + climb;
   if (std::min({std::fabs(height), std::fabs(end), std::fabs(climb)}) <= rounding) return false;
   const bool crosses = (height > 0) != (end > 0);
-  const bool is_steep = climb * climb >= kLeastSine * nn * squaredNorm(u);
+  const bool is_steep = climb * climb >= kLeastClimb * nn * squaredNorm(u);
   if (crosses && !is_steep) return false;
   const double s = crosses ? height / (height - end) : (height > 0) == (climb > 0) ? 0 : 1;
   const Vec3d p = w + s * u;
   const double x = dot(cross(p, v2), normal) / nn, y = dot(cross(v1, p), normal) / nn;
-  constexpr double kInside = 0x1p-30;
+  constexpr double kInside = 0x1p-20;
   if (std::min({x, y, 1 - x - y}) <= kInside) return false;
   const Vec3d apart = crosses ? Vec3d{0, 0, 0} : ((s == 0 ? -height : -end) / nn) * normal;
   closest = {s, {1 - x - y, x, y}, apart};
   return true;
+}
+
+/// Of a well scaled pair that rows leave open.
+ClosestOnTriangle closestInDetail(const Segment& capsule, const Triangle& triangle, double m) {
+  ClosestOnTriangle closest;
+  if (findInside(capsule, triangle, m, closest)) return closest;
+  const SquaredTriangleDistance<DoubleDouble> fine(capsule, triangle);
+  const CertifiedOnTriangle<DoubleDouble> best = fine.atClosest();
+  const Vec3<DoubleDouble> r = fine.between(best);
+  const double x = double(best.x), y = double(best.y);
+  return {
+      double(best.s), {std::max(1 - x - y, 0.0), x, y}, {-double(r.x), -double(r.y), -double(r.z)}};
+}
+
+/// Of a pair that is not well scaled.
+ClosestOnTriangle closestOfScaled(const Segment& capsule, const Triangle& triangle, double m) {
+  if (m == 0) return {0, {1, 0, 0}, {0, 0, 0}};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  // No scale makes these finite.
+  if (std::isnan(m) || !std::isfinite(largestOf(capsule, triangle))) {
+    return {0, {1, 0, 0}, {kInfinity, kInfinity, kInfinity}};
+  }
+  const double scale = scaleForSize(m, largestOf(capsule, triangle));
+  ClosestOnTriangle closest = closestPoints(scaled(capsule, scale), scaled(triangle, scale));
+  closest.apart = (1 / scale) * closest.apart;
+  return closest;
+}
+
+void setVector(TriangleRows::Vectors& vectors, std::size_t lane, const Vec3d& vector) {
+  for (int axis = 0; axis < 3; ++axis) vectors[axis][lane] = vector.*kAxes[axis];
 }
 
 }  // namespace
@@ -128,37 +160,39 @@ double leastDistance(const Segment& capsule, const Triangle& triangle) {
   return rootOf(double(fine.squared - fine.gap - DoubleDouble(0x1p-52 * rounding)));
 }
 
-ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle) {
-  const double m = sizeOf(capsule, triangle);
-  if (m == 0) return {0, {1, 0, 0}, {0, 0, 0}};
-  if (!isWellScaled(m)) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    // No scale makes these finite.
-    if (std::isnan(m) || !std::isfinite(largestOf(capsule, triangle))) {
-      return {0, {1, 0, 0}, {kInfinity, kInfinity, kInfinity}};
-    }
-    const double scale = scaleForSize(m, largestOf(capsule, triangle));
-    ClosestOnTriangle closest = closestPoints(scaled(capsule, scale), scaled(triangle, scale));
-    closest.apart = (1 / scale) * closest.apart;
-    return closest;
+void closestPoints(const Segment* capsules, const Triangle* triangles, std::size_t count,
+                   ClosestOnTriangle* closest) {
+  TriangleRows rows;
+  // Lanes behind several pairs repeat the last one.
+  const std::size_t lanes = count == 1 ? 1 : kClosestAtOnce;
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const Segment& p = capsules[std::min(i, count - 1)];
+    const Triangle& t = triangles[std::min(i, count - 1)];
+    setVector(rows.w, i, p.a - t.a);
+    setVector(rows.u, i, p.b - p.a);
+    setVector(rows.v1, i, t.b - t.a);
+    setVector(rows.v2, i, t.c - t.a);
+    rows.size[i] = sizeOf(p, t);
   }
-  const auto closestOf = [](const auto& distance, const auto& best) -> ClosestOnTriangle {
-    const auto r = distance.between(best);
-    const double x = double(best.x), y = double(best.y);
-    return {double(best.s),
-            {std::max(1 - x - y, 0.0), x, y},
-            {-double(r.x), -double(r.y), -double(r.z)}};
-  };
-  ClosestOnTriangle inside;
-  if (findInside(capsule, triangle, m, inside)) return inside;
-  const SquaredTriangleDistance<double> rough(capsule, triangle);
-  const CertifiedOnTriangle<double> best = rough.atClosest();
-  // Closer points need more digits, or rounding would show in the direction.
-  constexpr double kNear = 0x1p-20;
-  const double distance = std::sqrt(best.squared);
-  if (distance > kNear * m && best.gap <= 32 * kEps * m * distance) return closestOf(rough, best);
-  const SquaredTriangleDistance<DoubleDouble> fine(capsule, triangle);
-  return closestOf(fine, fine.atClosest());
+  const simd::LaneMask certain = findClosest(rows, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double m = rows.size[i], x = rows.x[i], y = rows.y[i];
+    if (!isWellScaled(m)) {
+      closest[i] = closestOfScaled(capsules[i], triangles[i], m);
+    } else if ((certain >> i & 1) == 0) {
+      closest[i] = closestInDetail(capsules[i], triangles[i], m);
+    } else {
+      closest[i] = {rows.s[i],
+                    {std::max(1 - x - y, 0.0), x, y},
+                    {-rows.apart[0][i], -rows.apart[1][i], -rows.apart[2][i]}};
+    }
+  }
+}
+
+ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle) {
+  ClosestOnTriangle closest;
+  closestPoints(&capsule, &triangle, 1, &closest);
+  return closest;
 }
 
 }  // namespace fcl_fibers::geometry

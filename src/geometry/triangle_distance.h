@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+
 #include "geometry/segment.h"
 #include "geometry/triangle.h"
 
@@ -30,5 +32,11 @@ struct ClosestOnTriangle {
   Vec3d apart;       ///< from the point of the axis to the point of the triangle
 };
 ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle);
+
+/// The same of several pairs at a time.
+/// @param count  1 to kClosestAtOnce
+constexpr std::size_t kClosestAtOnce = 8;
+void closestPoints(const Segment* capsules, const Triangle* triangles, std::size_t count,
+                   ClosestOnTriangle* closest);
 
 }  // namespace fcl_fibers::geometry

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -12,6 +13,7 @@
 #include "geometry/triangle_contact.h"
 #include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/scoped_target.h"
 
 // numerics/touch_decisions_test.cpp judges axisWithin().
 namespace fcl_fibers::geometry {
@@ -56,7 +58,7 @@ struct Cases {
         triangle.b = triangle.c = triangle.a;
         break;
       case 3:  // a needle
-        triangle.c = triangle.a + 0.3 * (triangle.b - triangle.a) + 1e-9 * point();
+        triangle.c = triangle.a + 0.3 * (triangle.b - triangle.a) + needle_width * point();
         break;
       case 4:  // nearly parallel to an edge
         segment.b = segment.a + (triangle.b - triangle.a) + 1e-8 * point();
@@ -65,6 +67,17 @@ struct Cases {
         segment = {triangle.a + 0.2 * (triangle.b - triangle.a),
                    triangle.a + 2.0 * (triangle.c - triangle.a), 0};
         break;
+      case 6: {  // hair that lies on the triangle, or dips into it
+        const Vec3d across = cross(triangle.b - triangle.a, triangle.c - triangle.a);
+        const double height = std::pow(10, random.between(-16, -1));
+        const auto near = [&] {
+          const double x = 2 * random.unit() - 0.5, y = 2 * random.unit() - 0.5;
+          return triangle.a + x * (triangle.b - triangle.a) + y * (triangle.c - triangle.a) +
+                 height * random.between(-1, 1) * across;
+        };
+        segment = {near(), near(), 0};
+        break;
+      }
       default:
         break;
     }
@@ -72,6 +85,7 @@ struct Cases {
 
   test::Random random;
   bool on_grid = false;
+  double needle_width = 1e-9;
   Segment segment;
   Triangle triangle;
 };
@@ -80,6 +94,7 @@ TEST(TriangleDistance, ClosestPointsAreClosestAtAllScales) {
   Cases cases(2);
   const int powers[] = {0, 0, 0, -900, -300, -100, 100, 300, 900};
   for (int i = 0; i < 100000; ++i) {
+    cases.needle_width = std::pow(10, cases.random.between(-17, -7));
     cases.next();
     const Segment& s = cases.segment;
     const Triangle& t = cases.triangle;
@@ -95,6 +110,39 @@ TEST(TriangleDistance, ClosestPointsAreClosestAtAllScales) {
     ASSERT_LE(norm(apart - found), 1e-14 * size) << i;
     ASSERT_NEAR(norm(found), static_cast<double>(distanceOf(s, t)), 1e-14 * size) << i;
   }
+}
+
+// Contacts would depend on which others are computed with them, or on the machine.
+TEST(TriangleDistance, SeveralAtATimeAreThoseOfEachAlone) {
+  Cases cases(5);
+  const int powers[] = {0, 0, 0, 0, 0, -900, -100, 100, 900};
+  int lanes = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const std::size_t count = 1 + cases.random.below(kClosestAtOnce);
+    Segment segments[kClosestAtOnce];
+    Triangle triangles[kClosestAtOnce];
+    ClosestOnTriangle alone[kClosestAtOnce];
+    for (std::size_t k = 0; k < count; ++k) {
+      cases.next();
+      const double scale = std::ldexp(1.0, powers[(static_cast<std::size_t>(i) + k) % 9]);
+      const Segment& s = cases.segment;
+      const Triangle& t = cases.triangle;
+      segments[k] = {scale * s.a, scale * s.b, 0};
+      triangles[k] = {scale * t.a, scale * t.b, scale * t.c};
+      alone[k] = closestPoints(segments[k], triangles[k]);
+    }
+    for (const std::int64_t target : simd::availableTargets()) {
+      const simd::ScopedTarget scoped(target);
+      ClosestOnTriangle closest[kClosestAtOnce];
+      closestPoints(segments, triangles, count, closest);
+      for (std::size_t k = 0; k < count; ++k, ++lanes) {
+        ASSERT_EQ(closest[k].s, alone[k].s) << simd::targetName(target) << ", " << i;
+        ASSERT_TRUE(std::equal(closest[k].weight, closest[k].weight + 3, alone[k].weight)) << i;
+        ASSERT_EQ(closest[k].apart, alone[k].apart) << simd::targetName(target) << ", " << i;
+      }
+    }
+  }
+  EXPECT_GT(lanes, 10000);
 }
 
 // What moves as far as is safe would pass through a triangle, or stop far from it.
