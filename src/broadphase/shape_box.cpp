@@ -14,6 +14,7 @@
 #include <fcl/geometry/shape/triangle_p.h>
 
 #include "broadphase/object_reader.h"
+#include "geometry/point_boxes.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
@@ -77,18 +78,16 @@ ShapeBox boxOfEllipsoid(const AffineMap& pose, const Vec3d& radii) {
 /// @return whether there are vertices, all of them finite
 template <class Vertices>
 bool boxOfVertices(const AffineMap& pose, const Vertices& vertices, ShapeBox& box) {
-  const Vec3d most{kInfinity, kInfinity, kInfinity}, least = -1.0 * most;
-  box = {{most, least}, {most, least}, 0, 0, true};
-  double is_finite = 0;
-  for (const auto& vertex : vertices) {
-    const Vec3d p = toVec3(vertex), q = pose.linear(p);
-    box.local = {min(box.local.low, p), max(box.local.high, p)};
-    box.posed = {min(box.posed.low, q), max(box.posed.high, q)};
-    box.reach = std::max({box.reach, maxNorm(p), maxNorm(q)});
-    is_finite += 0 * p.x + 0 * p.y + 0 * p.z;  // NaN from here on if one is not
+  // Eigen's vectors of three follow each other in memory.
+  static_assert(sizeof(vertices[0]) == 3 * sizeof(vertices[0][0]));
+  const geometry::PointBoxes found =
+      geometry::boxesOf(vertices.empty() ? nullptr : vertices[0].data(), vertices.size(), pose);
+  box = {{found.low, found.high}, {found.posed_low, found.posed_high}, 0, 0, true};
+  for (const Corners& corners : {box.local, box.posed}) {
+    box.reach = std::max({box.reach, maxNorm(corners.low), maxNorm(corners.high)});
   }
   box.ball_squared = squaredNorm(box.local.half());
-  return is_finite == 0 && box.local.low.x <= box.local.high.x;
+  return found.is_proper;
 }
 
 /// Returns entry * side, but an open side adds nothing along an axis where its entry is at most
