@@ -305,7 +305,8 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
   return segmentOf(readObject(object, bounds), frame, segment, marks_boxes);
 }
 
-Obstacle obstacleOf(const ReadObject& object, const Frame& frame) {
+Obstacle obstacleOf(const ReadObject& object, const Frame& frame,
+                    const std::shared_ptr<const geometry::PolytopeVertices>& known) {
   Obstacle found;
   if (object.problem != nullptr || object.shape == Obstacle::Kind::kNone) return found;
   found.kind = object.shape;
@@ -325,6 +326,14 @@ Obstacle obstacleOf(const ReadObject& object, const Frame& frame) {
     case Obstacle::Kind::kTriangle:
       found.error = box_error;
       for (int i = 0; i < 3; ++i) found.vector[i] = found.point + turn(object.vector[i]);
+      break;
+    case Obstacle::Kind::kPolytope:
+      found.error = box_error + 4 * std::numeric_limits<double>::min() *
+                                    (maxNorm(local.low) + maxNorm(local.high));
+      for (int i = 0; i < 3; ++i) found.vector[i] = frame.scale * object.pose.column[i];
+      found.vertices = known != nullptr && known->isCopyOf(object.vertices)
+                           ? known
+                           : std::make_shared<geometry::PolytopeVertices>(object.vertices);
       break;
     case Obstacle::Kind::kBox: {
       found.error = box_error;

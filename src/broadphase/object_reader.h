@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -18,6 +19,7 @@
 #include "geometry/affine_map.h"
 #include "geometry/frame.h"
 #include "geometry/obstacle.h"
+#include "geometry/polytope_vertices.h"
 #include "geometry/segment.h"
 #include "simd/always_inline.h"
 #include "tree/topology.h"
@@ -128,8 +130,9 @@ struct ReadObject {
   Corners own;                    ///< the object's box, if boxes count
   /// If it is not negative, `own` counts as well where it is within `box`, up to this rounding.
   double open_rounding = -1;
-  geometry::Vec3d vector[3];  ///< the corners of a triangle, or the normal of a plane
-  double offset = 0;          ///< of the plane
+  geometry::Vec3d vector[3];           ///< the corners of a triangle, or the normal of a plane
+  double offset = 0;                   ///< of the plane
+  geometry::PointsOfProgram vertices;  ///< of a convex polytope; the object has them
 
   /// Whether nothing but the shape and `added.margin` around it counts. Then a mesh counts by its
   /// triangles.
@@ -162,11 +165,15 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const geometry::F
 inline bool holdsCapsule(const geometry::Segment& box) { return box.radius <= -2; }
 
 /// The shape of an object that counts by its box, as an obstacle in `frame`. A box, plane,
-/// half-space or triangle is exact, and so is a capsule or sphere whose box the program has widened
-/// unevenly. Any other bounded shape is inside its obstacle, which is the local box in the object's
-/// pose. A margin that the program has added to the object's box is part of the obstacle's margin.
+/// half-space, triangle or convex polytope is exact, and so is a capsule or sphere whose box the
+/// program has widened unevenly. Any other bounded shape is inside its obstacle, which is the local
+/// box in the object's pose. A margin that the program has added to the object's box is part of the
+/// obstacle's margin.
+/// @param known  vertices of a polytope that are shared if the object still has them
 /// @return of Kind::kNone if only the box counts
-geometry::Obstacle obstacleOf(const ReadObject& object, const geometry::Frame& frame);
+geometry::Obstacle obstacleOf(
+    const ReadObject& object, const geometry::Frame& frame,
+    const std::shared_ptr<const geometry::PolytopeVertices>& known = nullptr);
 
 /// How far the entries of R^T R - I may be from 0 for the linear part R of a pose. Quaternions of
 /// four digits and long products of matrices stay below it. R is never made orthonormal, so what

@@ -241,9 +241,9 @@ template <typename S>
 void Obstacles<S>::readShape(std::size_t place, const Frame& frame) {
   ShapeEntry& entry = shapes_[place];
   const ReadObject now = readObject(*entry.object, options_.bounds);
-  entry.shape = obstacleOf(now, frame);
+  entry.shape = obstacleOf(now, frame, entry.shape.vertices);
   if (options_.motion) {
-    entry.end = obstacleOf(now, Frame{});
+    entry.end = obstacleOf(now, Frame{}, entry.shape.vertices);
     if (!has_step_ || !entry.is_read) entry.start = entry.end;
     entry.has_moved = has_step_;
   }
@@ -354,7 +354,7 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
   for (const ShapeEntry& entry : shapes_) {
     if (entry.object == nullptr || !entry.is_read) continue;
     const ReadObject now = readObject(*entry.object, options_.bounds);
-    if (!(obstacleOf(now, frame) == entry.shape)) return false;
+    if (!(obstacleOf(now, frame, entry.shape.vertices) == entry.shape)) return false;
   }
   return true;
 }
@@ -367,6 +367,9 @@ std::size_t Obstacles<S>::memoryUsage() const {
     if (entry.start.mesh != nullptr && entry.start.mesh != entry.end.mesh) {
       steps += entry.start.mesh->memoryUsage();
     }
+  }
+  for (const ShapeEntry& entry : shapes_) {
+    if (entry.shape.vertices != nullptr) steps += entry.shape.vertices->memoryUsage();
   }
   return steps + beside_.memoryUsage() + shapes_.memoryUsage() + boxes_.memoryUsage() +
          cache_.memoryUsage();

@@ -35,7 +35,8 @@ bool axisTouches(const MovingShape& axis, const MovingShape& shape, double reach
 
 bool isMovedOnly(const Obstacle& p, const Obstacle& q) {
   return p.kind == q.kind && p.vector[0] == q.vector[0] && p.vector[1] == q.vector[1] &&
-         p.vector[2] == q.vector[2] && p.offset == q.offset && p.margin == q.margin;
+         p.vector[2] == q.vector[2] && p.offset == q.offset && p.margin == q.margin &&
+         p.vertices == q.vertices;
 }
 
 }  // namespace

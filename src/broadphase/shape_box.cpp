@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/cone.h>
@@ -75,13 +76,27 @@ ShapeBox boxOfEllipsoid(const AffineMap& pose, const Vec3d& radii) {
   return ShapeBox::symmetric(radii, largest * half);
 }
 
+/// @param points  Eigen's vectors, which follow each other in memory
+template <class Points>
+geometry::PointsOfProgram pointsOf(const Points& points) {
+  static_assert(sizeof(points[0]) == 3 * sizeof(points[0][0]));
+  geometry::PointsOfProgram found;
+  const auto* first = points.empty() ? nullptr : points[0].data();
+  if constexpr (std::is_same_v<decltype(first), const double*>) {
+    found.doubles = first;
+  } else {
+    found.floats = first;
+  }
+  found.count = points.size();
+  return found;
+}
+
 /// @return whether there are vertices, all of them finite
-template <class Vertices>
-bool boxOfVertices(const AffineMap& pose, const Vertices& vertices, ShapeBox& box) {
-  // Eigen's vectors of three follow each other in memory.
-  static_assert(sizeof(vertices[0]) == 3 * sizeof(vertices[0][0]));
-  const geometry::PointBoxes found =
-      geometry::boxesOf(vertices.empty() ? nullptr : vertices[0].data(), vertices.size(), pose);
+bool boxOfVertices(const AffineMap& pose, const geometry::PointsOfProgram& vertices,
+                   ShapeBox& box) {
+  const geometry::PointBoxes found = vertices.doubles != nullptr
+                                         ? geometry::boxesOf(vertices.doubles, vertices.count, pose)
+                                         : geometry::boxesOf(vertices.floats, vertices.count, pose);
   box = {{found.low, found.high}, {found.posed_low, found.posed_high}, 0, 0, true};
   for (const Corners& corners : {box.local, box.posed}) {
     box.reach = std::max({box.reach, maxNorm(corners.low), maxNorm(corners.high)});
@@ -208,14 +223,16 @@ const char* readShape(const fcl::CollisionObject<S>& object, Bounds bounds, cons
       return areSizes(out.size) ? nullptr : kBadRadii;
     case fcl::GEOM_CONVEX: {
       const auto& convex = static_cast<const fcl::Convex<S>&>(geometry);
-      return boxOfVertices(out.pose, convex.getVertices(), out.box) ? nullptr : kBadVertices;
+      out.shape = Obstacle::Kind::kPolytope;
+      out.vertices = pointsOf(convex.getVertices());
+      return boxOfVertices(out.pose, out.vertices, out.box) ? nullptr : kBadVertices;
     }
     case fcl::GEOM_TRIANGLE: {
       const auto& triangle = static_cast<const fcl::TriangleP<S>&>(geometry);
       const std::array corners{triangle.a, triangle.b, triangle.c};
       out.shape = Obstacle::Kind::kTriangle;
       for (std::size_t i = 0; i < 3; ++i) out.vector[i] = toVec3(corners[i]);
-      return boxOfVertices(out.pose, corners, out.box) ? nullptr : kBadVertices;
+      return boxOfVertices(out.pose, pointsOf(corners), out.box) ? nullptr : kBadVertices;
     }
     case fcl::GEOM_PLANE:
       out.shape = Obstacle::Kind::kNone;

@@ -9,6 +9,8 @@
 #include "geometry/double_double.h"
 #include "geometry/least_distance.h"
 #include "geometry/obstacle_impact.h"
+#include "geometry/polytope_distance.h"
+#include "geometry/polytope_vertices.h"
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
 
@@ -292,6 +294,13 @@ ClosestOnBox closestPoints(const Segment& capsule, const Obstacle& box) {
   return closestOf(fine);
 }
 
+Vec3d reachOfVectors(const Obstacle& obstacle) {
+  const bool is_polytope = obstacle.kind == Obstacle::Kind::kPolytope;
+  const Vec3d most = is_polytope ? obstacle.vertices->largest() : Vec3d{1, 1, 1};
+  return most.x * abs(obstacle.vector[0]) + most.y * abs(obstacle.vector[1]) +
+         most.z * abs(obstacle.vector[2]);
+}
+
 bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, double error) {
   const double near = margin + obstacle.margin, errors = error + obstacle.error;
   const double reach = (capsule.radius + near) * (1 + 4 * kEps) + errors;
@@ -309,6 +318,8 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
       axis.radius = 0;
       return touch(capsule, axis, near, errors);
     }
+    case Obstacle::Kind::kPolytope:
+      return polytopeWithin(capsule, obstacle, reach);
     case Obstacle::Kind::kNone:
       break;
   }
@@ -355,11 +366,13 @@ Obstacle inFrame(const FrameChange& change, const Obstacle& obstacle) {
   Obstacle moved = obstacle;
   moved.point = at(obstacle.point);
   Segment around{moved.point, moved.point, 0};
+  const bool is_polytope = obstacle.kind == Kind::kPolytope;
   for (int i = 0; i < 3 && !has_normal; ++i) {
     const bool is_corner = obstacle.kind == Kind::kTriangle;
     moved.vector[i] = is_corner ? at(obstacle.vector[i]) : scale * obstacle.vector[i];
     around.b = max(abs(around.b), abs(moved.vector[i]));
   }
+  if (is_polytope) around.b = reachOfVectors(moved);
   moved.offset *= scale;
   moved.margin *= scale;
   // The smallest normal number covers the loss if lengths vanish.

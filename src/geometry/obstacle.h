@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <memory>
 
 #include <fcl_fibers/tree_export.h>
 
@@ -13,6 +14,8 @@
 
 namespace fcl_fibers::geometry {
 
+class PolytopeVertices;
+
 /// A shape in the frame of an index, together with all points within `margin` of it.
 struct Obstacle {
   enum class Kind : std::uint8_t {
@@ -22,41 +25,50 @@ struct Obstacle {
     kPlane,      ///< all x with vector[0] . (x - point) = offset
     kTriangle,   ///< with the corners vector[i]; see Triangle
     kAxis,       ///< point + t vector[0], with t from -1 to 1; that of a capsule or a sphere
+    kPolytope,   ///< the hull of all point + x vector[0] + y vector[1] + z vector[2] of `vertices`
   };
 
   Kind kind = Kind::kNone;
   Vec3d point{0, 0, 0};
   /// Half the edges of a box, of any length and at any angle, so that a rotation may have drifted.
+  /// The columns of a polytope's pose, too.
   /// The normal of a half-space or plane is a unit vector up to 16 eps.
   Vec3d vector[3] = {};
   double offset = 0;
   double margin = 0;
-  double error = 0;  ///< bounds how far rounding has moved any point of a box, triangle or axis,
-                     ///< and `point` and `offset` together
+  double error = 0;  ///< bounds how far rounding has moved any point of a bounded shape, and
+                     ///< `point` and `offset` together
+  /// Of a polytope. Obstacles share them.
+  std::shared_ptr<const PolytopeVertices> vertices = nullptr;
 
   /// @pre kind is kAxis
   Segment capsule() const { return {point - vector[0], point + vector[0], margin}; }
 };
 
+/// Two polytopes are equal only if they share their vertices.
 inline bool operator==(const Obstacle& p, const Obstacle& q) {
   return p.kind == q.kind && p.point == q.point && p.vector[0] == q.vector[0] &&
          p.vector[1] == q.vector[1] && p.vector[2] == q.vector[2] && p.offset == q.offset &&
-         p.margin == q.margin;
+         p.margin == q.margin && p.vertices == q.vertices;
 }
 
+/// How far the points of a box, axis or polytope are from its point, at most, on each axis. Of any
+/// other obstacle it is the sum of its vectors.
+FCL_FIBERS_TREE_EXPORT Vec3d reachOfVectors(const Obstacle& obstacle);
+
 inline bool isFinite(const Obstacle& obstacle) {
-  double sum = obstacle.offset + obstacle.margin + obstacle.error + maxNorm(obstacle.point);
-  for (const Vec3d& v : obstacle.vector) sum += norm1(v);
-  return std::isfinite(sum);
+  const double sum = obstacle.offset + obstacle.margin + obstacle.error + maxNorm(obstacle.point);
+  return std::isfinite(sum + norm1(reachOfVectors(obstacle)));
 }
 
 /// The capsule that an obstacle is, or the box around it, which has no bounds if that is no box.
 inline Segment aroundOf(const Obstacle& obstacle) {
   if (obstacle.kind == Obstacle::Kind::kAxis) return obstacle.capsule();
-  if (obstacle.kind != Obstacle::Kind::kBox) return Segment::everywhere();
+  const bool is_known =
+      obstacle.kind == Obstacle::Kind::kBox || obstacle.kind == Obstacle::Kind::kPolytope;
+  if (!is_known) return Segment::everywhere();
   const double r = obstacle.margin + obstacle.error;
-  Vec3d reach{r, r, r};
-  for (const Vec3d& v : obstacle.vector) reach = reach + abs(v);
+  const Vec3d reach = reachOfVectors(obstacle) + Vec3d{r, r, r};
   return Segment::box(obstacle.point - reach, obstacle.point + reach);
 }
 

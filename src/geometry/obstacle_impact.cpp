@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "geometry/advancement.h"
+#include "geometry/polytope_distance.h"
 
 namespace fcl_fibers::geometry {
 namespace {
@@ -65,6 +66,71 @@ bool findOnBox(const MovingSegment& p, const Obstacle& box, double near, double 
   return true;
 }
 
+/// Conservative advancement, as Advancement does it, along directions that are fixed during a step.
+/// The polytope's furthest vertex stays the same along one, so the gap of each end of the axis
+/// changes linearly.
+/// @pre products of their lengths neither overflow nor vanish
+bool advanceToPolytope(const MovingSegment& p, const Obstacle& polytope, double size, double near,
+                       double errors, bool only_nearer, Impact& impact) {
+  // As for other shapes; see toleranceFor() and Advancement::slack().
+  constexpr int kRoundsAtFullPrecision = 4096;
+  const double tolerance = toleranceFor(size), slack = 0x1p-9 * tolerance;
+  double reach = (p.start.radius + near) * (1 + 4 * kEps) + errors;
+  const double growth = (p.end.radius - p.start.radius) * (1 + 4 * kEps);
+  const Vec3d rate[2] = {p.end.a - p.start.a, p.end.b - p.start.b};
+  const auto axisAt = [&](double time) -> Segment {
+    return {p.start.a + time * rate[0], p.start.b + time * rate[1], 0};
+  };
+  if (only_nearer) {
+    const double distance = nearestToPolytope(axisAt(0), polytope).distance;
+    if (distance <= reach + tolerance / 2) reach = distance - 2 * tolerance;
+  }
+  double accepted = tolerance / 2, time = 0;
+  for (int round = 0;; ++round) {
+    const Segment axis = axisAt(time);
+    NearestToPolytope nearest = nearestToPolytope(axis, polytope);
+    // Nothing parts them then, so that only radii that grow bring them nearer.
+    if (nearest.distance <= tolerance / 4) nearest = {nearest.s, nearest.distance, {0, 0, 0}, 0};
+    const double level = reach + time * growth;
+    if (!(nearest.distance > level + accepted)) {
+      impact = {time, nearest.s, 0};
+      return true;
+    }
+    const Vec3d& n = nearest.direction;
+    const double at[2] = {dot(n, axis.a - polytope.point), dot(n, axis.b - polytope.point)};
+    const double first = std::min(at[0], at[1]);
+    double step = std::numeric_limits<double>::infinity();
+    for (int end = 0; end < 2; ++end) {
+      const double gap = nearest.least_along + (at[end] - first) - level - slack;
+      step = std::min(step, firstRoot(gap, dot(n, rate[end]) - growth, 0));
+    }
+    if (step > 1 - time) return false;
+    time += step;
+    if (round >= kRoundsAtFullPrecision) accepted *= 2;
+  }
+}
+
+bool findOnPolytope(const MovingSegment& p, const Obstacle& polytope, double near, double errors,
+                    bool only_nearer, Impact& impact) {
+  // Of two scales the one that brings the larger of both ends near one.
+  const double size = std::max(sizeOfPair(p.start, polytope), sizeOfPair(p.end, polytope)) +
+                      std::max(p.start.radius, p.end.radius);
+  const Segment& larger =
+      sizeOfPair(p.start, polytope) < sizeOfPair(p.end, polytope) ? p.end : p.start;
+  if (size > 0x1p-150 && size < 0x1p150) {
+    return advanceToPolytope(p, polytope, size, near, errors, only_nearer, impact);
+  }
+  impact = {0, 0, 0};
+  const double scale = scaleOfPair(larger, polytope);
+  if (scale == 0 || scale == 1 || !std::isfinite(size)) return !(size == 0 && only_nearer);
+  const auto scaled = [scale](const Segment& s) -> Segment {
+    return {scale * s.a, scale * s.b, scale * s.radius};
+  };
+  return findOnPolytope({scaled(p.start), scaled(p.end)}, scaledPolytope(polytope, scale),
+                        std::min(scale * near, 0x1p150), std::min(scale * errors, 0x1p150),
+                        only_nearer, impact);
+}
+
 /// The distance of each end of the axis changes linearly.
 bool findOnPlane(const MovingSegment& p, const Obstacle& plane, double near, double error,
                  bool only_nearer, Impact& impact) {
@@ -117,6 +183,8 @@ bool findImpact(const MovingSegment& capsule, const Obstacle& obstacle, double m
     case Obstacle::Kind::kHalfspace:
     case Obstacle::Kind::kPlane:
       return findOnPlane(capsule, obstacle, near, errors, only_nearer, impact);
+    case Obstacle::Kind::kPolytope:
+      return findOnPolytope(capsule, obstacle, near, errors, only_nearer, impact);
     case Obstacle::Kind::kAxis: {
       Segment axis = obstacle.capsule();
       axis.radius = 0;

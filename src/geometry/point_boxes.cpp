@@ -8,32 +8,10 @@
 #define HWY_TARGET_INCLUDE "geometry/point_boxes.cpp"
 #include <hwy/foreach_target.h>
 
-#include "simd/lanes-inl.h"
+#include "geometry/points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Doubles = hn::CappedTag<double, 8>;
-using DoubleLanes = hn::Vec<Doubles>;
-
-struct Points {
-  DoubleLanes x, y, z;
-};
-
-FCL_FIBERS_ALWAYS_INLINE Points load(const double* points) {
-  Points p;
-  hn::LoadInterleaved3(Doubles(), points, p.x, p.y, p.z);
-  return p;
-}
-FCL_FIBERS_ALWAYS_INLINE Points load(const float* points) {
-  const Doubles d;
-  const hn::Rebind<float, Doubles> floats;
-  hn::Vec<decltype(floats)> x, y, z;
-  hn::LoadInterleaved3(floats, points, x, y, z);
-  return {hn::PromoteTo(d, x), hn::PromoteTo(d, y), hn::PromoteTo(d, z)};
-}
 
 struct Bounds {
   Points low, high;
@@ -77,10 +55,10 @@ PointBoxes findBoxes(const T* points, std::size_t count, const AffineMap& map) {
   // What is not finite leaves no image that is. The image of finite numbers may overflow, too.
   const auto zero = hn::Zero(d);
   auto check = zero;
-  const Points first = load(points);
+  const Points first = Points::load(points);
   Bounds local(first), turned(posed(first));
   for (std::size_t i = 0; i < count; i += kLanes) {
-    const Points p = load(points + 3 * (i + kLanes <= count ? i : count - kLanes));
+    const Points p = Points::load(points + 3 * (i + kLanes <= count ? i : count - kLanes));
     const Points q = posed(p);
     local.add(p);
     turned.add(q);

@@ -16,6 +16,7 @@
 #include <fcl/narrowphase/collision.h>
 
 #include "broadphase/shape_samples.h"
+#include "geometry/polytope_vertices.h"
 #include "support/scalars.h"
 
 namespace fcl_fibers::test {
@@ -70,7 +71,7 @@ class ObstacleShapes : public testing::Test {};
 TYPED_TEST_SUITE(ObstacleShapes, Scalars, ScalarName);
 
 // A shape would stick out of its obstacle, and capsules that touch it there be missed.
-TYPED_TEST(ObstacleShapes, ContainTheShapeAndAreExactForBoxesAndTriangles) {
+TYPED_TEST(ObstacleShapes, ContainTheShapeAndAreExactForBoxesTrianglesAndPolytopes) {
   using S = TypeParam;
   Random random(711);
   for (int kind = 0; kind < kBounded; ++kind) {
@@ -83,8 +84,9 @@ TYPED_TEST(ObstacleShapes, ContainTheShapeAndAreExactForBoxesAndTriangles) {
       Obstacle obstacle;
       ASSERT_TRUE(readObstacle(object, frame, Bounds::kShapesAndMargins, obstacle));
       EXPECT_EQ(obstacle.margin, 0);
-      ASSERT_EQ(obstacle.kind,
-                kind == kTriangle ? Obstacle::Kind::kTriangle : Obstacle::Kind::kBox);
+      ASSERT_EQ(obstacle.kind, kind == kTriangle ? Obstacle::Kind::kTriangle
+                               : kind == kConvex ? Obstacle::Kind::kPolytope
+                                                 : Obstacle::Kind::kBox);
       // A few ulp of the coordinates.
       const double largest =
           std::max({maxNorm(frame.fromWorld(geometry::Vec3d{offset, offset, offset})),
@@ -95,6 +97,13 @@ TYPED_TEST(ObstacleShapes, ContainTheShapeAndAreExactForBoxesAndTriangles) {
         const Point p = posed(object.getTransform(), frame, sample.points[k]);
         if (kind == kTriangle) {
           ASSERT_LE((toPoint(obstacle.vector[k]) - p).norm(), Real(obstacle.error)) << i;
+          continue;
+        }
+        if (kind == kConvex) {
+          Point vertex = toPoint(obstacle.point);
+          const Point own = toPoint((*obstacle.vertices)[k]);
+          for (int axis = 0; axis < 3; ++axis) vertex += own[axis] * toPoint(obstacle.vector[axis]);
+          ASSERT_LE((vertex - p).norm(), Real(obstacle.error)) << i;
           continue;
         }
         ASSERT_LE(outside(obstacle, p), Real(obstacle.error)) << kind << ", " << i;
@@ -195,7 +204,7 @@ TEST(ObstacleShapesAndCapsules, TouchAsFclFinds) {
     if (touchesInFcl(0.98 * radius, length, pose, object)) {
       EXPECT_TRUE(answer) << "kind " << kind << ", " << i;
     }
-    const bool is_exact = kind == kBox || kind == kCube || kind >= kBounded;
+    const bool is_exact = kind == kBox || kind == kCube || kind == kConvex || kind >= kBounded;
     if (is_exact && !touchesInFcl(1.02 * radius, length, pose, object)) {
       EXPECT_FALSE(answer) << "kind " << kind << ", " << i;
     }
@@ -203,7 +212,7 @@ TEST(ObstacleShapesAndCapsules, TouchAsFclFinds) {
   }
   for (int kind = 0; kind < kBounded + 2; ++kind) {
     if (kind == kTriangle) continue;
-    EXPECT_GT(touching[kind], 50) << kind;
+    EXPECT_GT(touching[kind], kind == kConvex ? 10 : 50) << kind;
     EXPECT_GT(apart[kind], 50) << kind;
   }
 }

@@ -20,6 +20,7 @@
 #include <fcl/geometry/shape/triangle_p.h>
 
 #include "support/mesh_models.h"
+#include "support/polytope_oracle.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -188,6 +189,22 @@ std::function<Real(const Point&, const Point&)> distanceFrom(
     const auto above = heightAbove<S>(static_cast<const fcl::Plane<S>&>(shape), turn, position);
     return [=](const Point& a, const Point& b) {
       return std::max({Real(0), std::min(above(a), above(b)), -std::max(above(a), above(b))});
+    };
+  }
+  if (shape.getNodeType() == fcl::GEOM_CONVEX) {
+    std::vector<Point> vertices;
+    for (const Point& p : farthest(shape, Point::UnitX())) {
+      vertices.push_back(turn * p + position);
+    }
+    return [=](const Point& a, const Point& b) {
+      std::vector<std::array<Real, 3>> differences;
+      for (const Point& end : {a, b}) {
+        for (const Point& p : vertices) {
+          differences.push_back({end.x() - p.x(), end.y() - p.y(), end.z() - p.z()});
+        }
+      }
+      const Quotient<Real> squared = squaredDistanceToHull(differences);
+      return Real(std::sqrt(squared.above / squared.below));
     };
   }
   const std::vector<ExactTriangle> triangles = trianglesOf(shape, turn, position);

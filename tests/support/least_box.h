@@ -43,8 +43,9 @@ template <typename S>
 std::vector<ExactTriangle> trianglesOf(const fcl::CollisionObject<S>& object);
 
 /// The distance of a segment from an object that is neither a capsule nor a sphere, 0 if they meet:
-/// from the triangles of a mesh, from a box, plane, half-space or triangle, and from the local box
-/// of any other shape, each posed by the matrix as it is. Not of a cloud of points.
+/// from the triangles of a mesh, from a box, plane, half-space, triangle or convex polytope, and
+/// from the local box of any other shape, each posed by the matrix as it is. Not of a cloud of
+/// points.
 template <typename S>
 std::function<Real(const Point&, const Point&)> distanceFrom(const fcl::CollisionObject<S>& object);
 
