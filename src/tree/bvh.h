@@ -94,8 +94,12 @@ class Bvh {
     const std::int32_t first = node(begin).leaf_begin, last = node(begin).leaf_end;
     typename Hierarchy::Leaves leaves;
     SegmentBlock block;
+    std::int32_t fetched = end;
     for (std::int32_t leaf = first; leaf < last; leaf += SegmentBlock::kCapacity) {
       const int count = std::min(SegmentBlock::kCapacity, last - leaf);
+      // The nodes come from memory while the leaves are read, in the order of their fitting.
+      const std::int32_t due = begin + (end - begin) * (last - leaf - count) / (last - first);
+      while (fetched > due) prefetch(--fetched);
       const int ahead = std::min(SegmentBlock::kCapacity, leafCount() - leaf - count);
       const geometry::BlockMask present =
           read(&leaves_[static_cast<std::size_t>(leaf)], count, ahead, block);
