@@ -47,6 +47,9 @@ class Generations {
   bool hasBoxes() const {
     return keepsSegments() && (main_.hasBoxes() || (hasYoung() && young_.hasBoxes()));
   }
+  bool hasCapsules() const {
+    return !keepsSegments() || main_.hasCapsules() || (hasYoung() && young_.hasCapsules());
+  }
   Segment segment(SegmentId id) const { return (isYoung(id) ? young_ : main_).segment(id); }
   bool isBox(SegmentId id) const { return (isYoung(id) ? young_ : main_).isBox(id); }
   double margin() const { return main_.margin(); }

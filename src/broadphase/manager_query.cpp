@@ -210,9 +210,11 @@ template <typename S>
 bool Search<S>::mayTouch(SegmentId found, SegmentId second) const {
   const Scene<S>& scene = *second_.scene;
   const Generations& segments = state_.generations();
-  if (test_ == Test::kShapes && first_.isTree() && &scene == &own_ && !segments.isBox(found) &&
-      !(second_.one != nullptr ? second_.one->segment.end.isBox() : segments.isBox(second))) {
-    return true;
+  if (test_ == Test::kShapes && first_.isTree() && &scene == &own_) {
+    const Segment p = segments.segment(found),
+                  q = second_.one != nullptr ? second_.one->segment.end : segments.segment(second);
+    // Capsules were tested as such, and two other boxes are all that is known.
+    if (p.isBox() ? p.isOtherBox() && q.isOtherBox() : !q.isBox()) return true;
   }
   // It is asked about as a mesh.
   if (second_.isTree() && scene.isMeshInTree(*scene.state().registry()[second])) return false;
@@ -250,7 +252,11 @@ Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Sce
                   : segments.searchMesh({one.mesh->placed(), in.state().frame()}, margin, sink_);
   }
   if (is_own && isBounded(one.segment.start) && isBounded(one.segment.end)) {
-    if (own_.hasShapesInTree() || one.segment.end.isBox()) begin(tree, single, Test::kShapes);
+    const Segment& end = one.segment.end;
+    if ((own_.hasShapesInTree() || end.isBox()) &&
+        (own_.hasCapsulesInTree() || !end.isOtherBox())) {
+      begin(tree, single, Test::kShapes);
+    }
     const bool is_managed = &scene == &own_ && one.id != Registry::kNotFound;
     const tree::Group group =
         is_managed ? state_.registry().fibers().groupOf(one.id) : tree::kNoGroup;
@@ -294,7 +300,8 @@ void Search<S>::self() {
   const Obstacles<S>& obstacles = state_.obstacles();
   is_self_ = true;
   setOthers(&state_.registry(), segments.youngBegin());
-  begin({&own_}, {&own_}, own_.hasShapesInTree() ? Test::kShapes : Test::kNothing);
+  begin({&own_}, {&own_},
+        own_.hasShapesInTree() && own_.hasCapsulesInTree() ? Test::kShapes : Test::kNothing);
   if (segments.search(sink_) == Visit::kStop) return;
   if (obstacles.beside().size() == 0) return;
   setOthers(&state_.registry());
@@ -313,7 +320,8 @@ void Search<S>::with(const State& other) {
   const Scene<S> theirs(query_.name(), other, state_, moves_);
   setOthers(&other.registry());
   const bool has_shapes = own_.hasShapesInTree() || theirs.hasShapesInTree();
-  begin({&own_}, {&theirs}, has_shapes ? Test::kShapes : Test::kNothing);
+  const bool has_capsules = own_.hasCapsulesInTree() || theirs.hasCapsulesInTree();
+  begin({&own_}, {&theirs}, has_shapes && has_capsules ? Test::kShapes : Test::kNothing);
   const Visit visit = state_.generations().search(other.generations(), theirs.source(), sink_);
   if (visit == Visit::kStop || searchTreeBesideOwn(theirs) == Visit::kStop) return;
   for (const auto& entry : other.obstacles().beside()) {

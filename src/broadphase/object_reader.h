@@ -161,9 +161,6 @@ template <typename S>
 const char* readSegment(const fcl::CollisionObject<S>& object, const geometry::Frame& frame,
                         Bounds bounds, geometry::Segment& segment, bool marks_boxes = false);
 
-/// Whether a box, which segmentOf() has made, is that of a capsule or sphere.
-inline bool holdsCapsule(const geometry::Segment& box) { return box.radius <= -2; }
-
 /// The shape of an object that counts by its box, as an obstacle in `frame`. A box, plane,
 /// half-space, triangle or convex polytope is exact, and so is a capsule or sphere whose box the
 /// program has widened unevenly. Any other bounded shape is inside its obstacle, which is the local

@@ -52,6 +52,7 @@ Scene<S>::Scene(const char* call, const State& state, const State& asked, bool m
       counts_shapes_(countsTriangles(asked.options())),
       has_shapes_in_tree_(counts_shapes_ &&
                           (!countsTriangles(state.options()) || state.generations().hasBoxes())),
+      has_capsules_in_tree_(!countsTriangles(state.options()) || state.generations().hasCapsules()),
       has_meshes_in_tree_(counts_shapes_ && state.options().report == Report::kVolumes &&
                           state.options().bounds != Bounds::kObjects) {}
 
@@ -203,8 +204,8 @@ bool Scene<S>::mayTouch(const Partner<S>& p, const Partner<S>& q, const Scene& o
   if (!i.isBox() && !j.isBox()) return true;
   if (!j.isBox()) return capsuleTouches(q.segment, q.error, shapeOf(p), reach);
   if (!i.isBox()) return capsuleTouches(p.segment, p.error, others.shapeOf(q), reach);
-  if (holdsCapsule(i)) return axisTouches(shapeOf(p), others.shapeOf(q), reach);
-  return !holdsCapsule(j) || axisTouches(others.shapeOf(q), shapeOf(p), reach);
+  if (!i.isOtherBox()) return axisTouches(shapeOf(p), others.shapeOf(q), reach);
+  return j.isOtherBox() || axisTouches(others.shapeOf(q), shapeOf(p), reach);
 }
 
 template class Scene<float>;

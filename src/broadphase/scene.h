@@ -52,6 +52,9 @@ class Scene {
   bool countsShapes() const { return counts_shapes_; }
   /// Whether a segment in the tree may be the box of a shape that counts.
   bool hasShapesInTree() const { return has_shapes_in_tree_; }
+  /// Whether a segment in the tree may be a capsule or the box of one. Pairs without capsules count
+  /// by their boxes.
+  bool hasCapsulesInTree() const { return has_capsules_in_tree_; }
   /// Whether an object is a mesh in the tree whose triangles count for the manager that is asked.
   bool isMeshInTree(const Object& object) const { return has_meshes_in_tree_ && isMesh(object); }
   bool hasMeshesInTree() const { return has_meshes_in_tree_; }
@@ -92,7 +95,8 @@ class Scene {
   const State &state_, &asked_;
   const ObjectSource<S> source_;
   const geometry::FrameChange change_;
-  const bool is_own_, moves_, counts_shapes_, has_shapes_in_tree_, has_meshes_in_tree_;
+  const bool is_own_, moves_, counts_shapes_, has_shapes_in_tree_, has_capsules_in_tree_,
+      has_meshes_in_tree_;
 };
 
 extern template class Scene<float>;

@@ -14,7 +14,7 @@ namespace fcl_fibers::geometry {
 struct Segment {
   Vec3d a, b;
   /// Negative: a and b are the low and high corner of a box. Then two numbers differ if the boxes
-  /// are known to be around different shapes.
+  /// are known to be around different shapes. If a box is around a capsule, it is at most -2.
   double radius;
 
   static Segment box(const Vec3d& low, const Vec3d& high) { return {low, high, -1}; }
@@ -24,6 +24,8 @@ struct Segment {
     return box({-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity});
   }
   bool isBox() const { return radius < 0; }
+  /// Whether it is neither a capsule nor a box around one.
+  bool isOtherBox() const { return radius < 0 && radius > -2; }
   double thickness() const { return radius < 0 ? 0 : radius; }
 
   friend bool operator==(const Segment& p, const Segment& q) {

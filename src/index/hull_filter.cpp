@@ -110,6 +110,31 @@ double mostErrorOf(const TriangleHulls<Mesh>& hulls) {
   return hulls.mesh.error();
 }
 
+/// Whether a pair is two boxes that touch even if their corners have no error.
+FCL_FIBERS_ALWAYS_INLINE bool areBoxesWithin(const CapsuleEnd* p, const CapsuleEnd* q,
+                                             double margin) {
+  bool are = isBox(p) & isBox(q);
+  for (int axis = 0; axis < 3; ++axis) {
+    are &= p[0].numbers[axis] - q[1].numbers[axis] <= margin;
+    are &= q[0].numbers[axis] - p[1].numbers[axis] <= margin;
+  }
+  return are;
+}
+/// A bit for each pair of a block for which that is known.
+FCL_FIBERS_ALWAYS_INLINE std::uint64_t boxesWithin(const SegmentRange& segments,
+                                                   const SegmentHulls<SegmentRange>& hulls,
+                                                   const Pair* pairs, std::size_t count,
+                                                   double margin) {
+  std::uint64_t within = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const CapsuleEnd* q = hulls.segments.capsule(pairs[i].b);
+    CapsuleEnd ends[2];
+    if (hulls.to_first != nullptr) q = store((*hulls.to_first)(geometry::segmentOf(q)), ends);
+    within |= std::uint64_t{areBoxesWithin(segments.capsule(pairs[i].a), q, margin)} << i;
+  }
+  return within;
+}
+
 /// The segments that were found to touch last, because pairs of one segment follow soon after each
 /// other.
 class RecentSegments {
@@ -305,14 +330,34 @@ std::size_t HullFilter<Range, Hulls>::keep(Pair* pairs, std::size_t count,
     });
     decide();
   } else {
-    forEachLeft(
-        pairs, count, [&](const Pair& pair, int i, auto& block, const PairBlock::Verdict& verdict) {
-          if ((verdict.touching >> i & 1u) == 0 && !touches(segments_, hulls_, pair, margin_)) {
-            return;
-          }
-          block.keep(pair);
-          pairs[kept++] = pair;
-        });
+    const auto keepSome = [&](std::size_t begin, std::size_t end, std::uint64_t known) {
+      forEachLeft(pairs + begin, end - begin,
+                  [&](const Pair& pair, int i, auto& block, const PairBlock::Verdict& verdict) {
+                    if (((verdict.touching | known) >> i & 1u) == 0 &&
+                        !touches(segments_, hulls_, pair, margin_)) {
+                      return;
+                    }
+                    block.keep(pair);
+                    pairs[kept++] = pair;
+                  });
+    };
+    if constexpr (std::is_same_v<Hulls, SegmentHulls<Range>>) {
+      // Two boxes have no test in float, and most that come here touch without a doubt.
+      const bool may_be_boxes = segments_.hasBoxes() && hulls_.segments.hasBoxes();
+      std::size_t end = 0;
+      for (std::size_t i = 0; may_be_boxes && i < count; i = end) {
+        end = std::min(i + PairBlock::kCapacity, count);
+        const std::uint64_t known = boxesWithin(segments_, hulls_, pairs + i, end - i, margin_);
+        if (known != ~std::uint64_t{0} >> (PairBlock::kCapacity - (end - i))) {
+          keepSome(i, end, known);
+        } else {
+          std::copy(pairs + i, pairs + end, pairs + kept);
+          kept += end - i;
+        }
+      }
+      if (may_be_boxes) return kept;
+    }
+    keepSome(0, count, 0);
   }
   return kept;
 }

@@ -13,7 +13,7 @@ using geometry::Segment;
 void KeptSegments::reset(SegmentId begin, SegmentId end, const tree::SegmentIds& ids,
                          parallel::Executor* executor) {
   constexpr std::size_t kRange = 16384;
-  forgetBoxes();
+  forgetKinds();
   begin_ = begin;
   count_ = static_cast<std::size_t>(end - begin);
   if (!share_ends_) {
@@ -58,10 +58,15 @@ void KeptSegments::resize(SegmentId begin, SegmentId end) {
   count_ = static_cast<std::size_t>(end - begin);
 }
 
-SegmentRange KeptSegments::range() const { return {ends_.data(), stride(), begin_}; }
+SegmentRange KeptSegments::range() const {
+  SegmentRange range(ends_.data(), stride(), begin_);
+  range.setHasBoxes(hasBoxes());
+  return range;
+}
 
 double KeptSegments::usualUnit() const {
   constexpr std::size_t kSamples = 255;
+  if (!hasCapsules()) return 1;
   std::array<double, kSamples> sizes;
   std::size_t found = 0;
   const SegmentRange all = range();

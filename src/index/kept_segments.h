@@ -69,6 +69,7 @@ class KeptSegments {
     const auto i = static_cast<std::size_t>(id - begin_);
     geometry::CapsuleEnd* const out = ends_.data() + stride() * i;
     if (segment.isBox()) has_boxes_.set();
+    if (!segment.isOtherBox()) has_capsules_.set();
     out[0] = geometry::firstEndOf(segment);
     // A point that two segments share is written by the second, so no two threads write it.
     if (share_ends_ && has(i + 1)) return;
@@ -83,15 +84,21 @@ class KeptSegments {
   }
   /// The ends of all ids, to be written.
   /// @pre ends are shared
-  geometry::CapsuleEnd* ends() { return ends_.data(); }
+  geometry::CapsuleEnd* ends() {
+    has_capsules_.set();
+    return ends_.data();
+  }
   geometry::Segment operator[](SegmentId id) const { return range()[id]; }
   FCL_FIBERS_TREE_EXPORT SegmentRange range() const;
-  /// Whether a box was set since the last reset() or forgetBoxes().
+  /// Whether a box was set since the last reset() or forgetKinds().
   bool hasBoxes() const { return has_boxes_.isSet(); }
+  /// Whether a capsule or a box around one was set since.
+  bool hasCapsules() const { return has_capsules_.isSet(); }
   /// All segments are about to be set.
-  void forgetBoxes() { has_boxes_ = {}; }
+  void forgetKinds() { has_boxes_ = has_capsules_ = {}; }
 
-  /// The power of two that scales the median segment of a sample to a size of about one.
+  /// The power of two that scales the median segment of a sample to a size of about one. Without
+  /// capsules it is 1, because nothing needs it.
   double usualUnit() const;
 
   std::size_t memoryUsage() const {
@@ -129,7 +136,7 @@ class KeptSegments {
   /// By id: two each or, if ends are shared, one each and one more.
   parallel::UnwrittenVector<geometry::CapsuleEnd> ends_;
   std::vector<Word> is_segment_;  ///< a bit by id, if ends are shared
-  Flag has_boxes_;
+  Flag has_boxes_, has_capsules_;
 };
 
 }  // namespace fcl_fibers::index

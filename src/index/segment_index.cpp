@@ -281,7 +281,7 @@ bool SegmentIndex::tryRefit(const SegmentSource& source, const Frame& frame) {
 
 bool SegmentIndex::reread(const SegmentSource& source) {
   if (!frame_lasts_ || is_loose_ || step_ != Step::kNone) return false;
-  now_.segments.forgetBoxes();
+  now_.segments.forgetKinds();
   const double reach = readKept(now_.segments, source, now_.frame);
   if (reach < 0 || !staysWithin(sampled_in_new_frame_, sampledExtent(reach), kDrift)) return false;
   now_.reach = reach;
@@ -348,7 +348,7 @@ bool SegmentIndex::read(End& end, const SegmentSource& source, const Frame& fram
   end.frame = frame;
   end.reach = -1;
   if (&end == &now_) fit_->is_due = is_loose_ = false;
-  end.segments.forgetBoxes();
+  end.segments.forgetKinds();
   if (source.isFasterInOrder()) return placeFrom(end, source);
   if (!keepsSegments()) return fitFrom(end, source);
   if (readKept(end.segments, source, frame) < 0) return false;

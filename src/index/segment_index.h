@@ -298,6 +298,9 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// Whether a segment may be a box.
   /// @pre keepsSegments()
   bool hasBoxes() const { return now_.segments.hasBoxes(); }
+  /// Whether a segment may be a capsule or a box around one.
+  /// @pre keepsSegments()
+  bool hasCapsules() const { return now_.segments.hasCapsules(); }
   /// All segments, in the order of the tree.
   const tree::SegmentIds& leaves() const;
   const KeptSegments& segments() const { return now_.segments; }

@@ -127,6 +127,7 @@ Visit SegmentIndex::search(const MovingSegment& segment, double error, Group gro
     MovingRange one{{start, 2, second}, {end, 2, second}};
     one.start.setMostError(endPointError(segment.start));
     one.end.setMostError(endPointError(segment.end));
+    one.end.setHasBoxes(segment.end.isBox());
     return one;
   };
   return withFilter(question, moves, rangeOfOne, nullptr, error, [&](const PairFilter* filter) {

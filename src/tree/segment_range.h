@@ -22,6 +22,10 @@ class SegmentRange {
   double mostError() const { return most_error_; }
   void setMostError(double error) { most_error_ = error; }
 
+  /// Whether a segment may be a box. It is true unless it has been set.
+  bool hasBoxes() const { return has_boxes_; }
+  void setHasBoxes(bool has_boxes) { has_boxes_ = has_boxes; }
+
   FCL_FIBERS_ALWAYS_INLINE const geometry::CapsuleEnd* capsule(SegmentId id) const {
     return capsules_ + stride_ * static_cast<std::uint32_t>(id - first_);
   }
@@ -39,6 +43,7 @@ class SegmentRange {
   std::size_t stride_ = 0;
   SegmentId first_ = 0;
   double most_error_ = std::numeric_limits<double>::infinity();
+  bool has_boxes_ = true;
 };
 
 }  // namespace fcl_fibers::tree
