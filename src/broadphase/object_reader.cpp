@@ -163,16 +163,15 @@ void readMargin(const fcl::CollisionObject<S>& object, ReadObject& out) {
 }
 
 /// See `marks_boxes`.
-FCL_FIBERS_ALWAYS_INLINE void mark(const ReadObject& object, Segment& segment) {
-  if (!segment.isBox() || !(isRound(object.kind) || object.kind == ObjectKind::kBar)) return;
+FCL_FIBERS_ALWAYS_INLINE void mark(const AffineMap& pose, const Vec3d& size, Segment& box) {
   // Odd numbers, at random.
   constexpr std::uint64_t kFactors[] = {0x9e3779b97f4a7c15, 0xbf58476d1ce4e5b9, 0x94d049bb133111eb,
                                         0xd6e8feb86659fd93, 0xa0761d6478bd642f, 0xe7037ed1a0b428db,
                                         0x8ebc6af09c88c6e3, 0x589965cc75374cc3, 0x1d8e4e27c47d124f,
                                         0xeb44accab455d165, 0x2127599bf4325c37, 0x880355f21e6d1965,
                                         0xff51afd7ed558ccd, 0xc4ceb9fe1a85ec53, 0xd2a98b26625eee7b};
-  const auto& [x, y, z] = object.pose.column;
-  const Vec3d vectors[] = {x, y, z, object.pose.shift, object.size};
+  const auto& [x, y, z] = pose.column;
+  const Vec3d vectors[] = {x, y, z, pose.shift, size};
   std::uint64_t sum = 0;
   const std::uint64_t* factor = kFactors;
   for (const Vec3d& v : vectors) {
@@ -187,7 +186,7 @@ FCL_FIBERS_ALWAYS_INLINE void mark(const ReadObject& object, Segment& segment) {
   const std::uint64_t bits = std::uint64_t{0x3ff} << 52 | sum >> 12;
   double number;  // from 1 to 2
   std::memcpy(&number, &bits, sizeof(number));
-  segment.radius *= number;
+  box.radius *= number;
 }
 
 FCL_FIBERS_ALWAYS_INLINE Segment capsuleOf(const AffineMap& pose, double radius, double length,
@@ -283,23 +282,37 @@ const char* segmentOf(const ReadObject& object, const Frame& frame, Segment& seg
     }
     segment = Segment::box(corners.low, corners.high);
   }
-  if (marks_boxes) mark(object, segment);
+  const bool has_mark = isRound(object.kind) || object.kind == ObjectKind::kBar;
+  if (marks_boxes && has_mark) mark(object.pose, object.size, segment);
   return nullptr;
 }
 
 template <typename S>
 const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
                         Segment& segment, bool marks_boxes) {
-  // Most capsules and spheres are proper and have a box that adds nothing. What is not finite shows
-  // in the segment.
+  // Most are proper and have a box that adds nothing. What is not finite shows in the segment.
+  const ObjectKind kind = bounds != Bounds::kObjects ? kindOf(object) : ObjectKind::kNothing;
   double radius = 0, length = 0;
-  if (bounds != Bounds::kObjects && readSize(object, kindOf(object), radius, length)) {
+  if (readSize(object, kind, radius, length)) {
     const AffineMap pose = poseOf(object);
     if (isUsualRotation(pose) && radius >= 0 && length >= 0 &&
         (bounds == Bounds::kShapes ||
          addsNothing(ObjectMembers<S>::box(object), pose, radius, length))) {
       segment = capsuleOf(pose, radius, length, frame);
       if (isFinite(segment)) return nullptr;
+    }
+  } else if (kind == ObjectKind::kBar) {
+    const AffineMap pose = poseOf(object);
+    Vec3d size;
+    ShapeBox box;
+    if (isUsualRotation(pose) && readBar(object, pose, size, box) == nullptr &&
+        allFinite(pose.shift) &&
+        (bounds == Bounds::kShapes || isStockSize(BoxSize(ObjectMembers<S>::box(object)), box,
+                                                  ObjectMembers<S>::pose(object)))) {
+      const Corners corners = posedCorners(box, pose.shift, /*larger=*/0, frame);
+      segment = Segment::box(corners.low, corners.high);
+      if (marks_boxes) mark(pose, size, segment);
+      return nullptr;
     }
   }
   return segmentOf(readObject(object, bounds), frame, segment, marks_boxes);

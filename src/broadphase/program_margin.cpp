@@ -18,43 +18,6 @@ double least(const Vec3d& v) { return std::min({v.x, v.y, v.z}); }
 double most(const Vec3d& v) { return std::max({v.x, v.y, v.z}); }
 Vec3d cube(double half) { return {half, half, half}; }
 
-/// Half the size of a box, which no translation changes.
-struct BoxSize {
-  Vec3d half;
-  double rounding;  ///< bound on the error of `half` from rounding the corners
-  bool is_open;     ///< a side is infinite, or as far out as FCL's planes reach
-
-  template <typename S>
-  explicit BoxSize(const fcl::AABB<S>& box) {
-    const Vec3d low = toVec3(box.min_), high = toVec3(box.max_);
-    half = 0.5 * high - 0.5 * low;
-    const double farthest = std::max(maxNorm(low), maxNorm(high));
-    is_open = farthest > double{std::numeric_limits<S>::max()} / 4;
-    // Each corner carries one rounding of its own, and one of the end point from which a program
-    // may have made it. The extent of FCL's boxes carries three roundings, and an axis that was
-    // made from two end points some more.
-    rounding = double{std::numeric_limits<S>::epsilon()} * (1.25 * farthest + 4 * maxNorm(half)) +
-               4 * double{std::numeric_limits<S>::denorm_min()};
-  }
-};
-
-/// Whether a box has a size that FCL gives to this shape, turned or not. Nearly all boxes have.
-/// Boxes too small to be squared are left to wideningOf(), and so is FCL's cube in a pose for which
-/// FCL does not make it.
-template <typename S>
-bool isStockSize(const BoxSize& size, const ShapeBox& shape, const fcl::Transform3<S>& pose) {
-  const Vec3d own = shape.local.half(), &half = size.half;
-  if (size.is_open) return false;
-  if (maxNorm(half - own) <= size.rounding) return true;
-  constexpr double kSmall = 1e-280;
-  if (std::fabs(half.x * half.x - shape.ball_squared) > 2 * size.rounding * half.x ||
-      std::fabs(half.y - half.x) > size.rounding || std::fabs(half.z - half.x) > size.rounding ||
-      !(shape.ball_squared > kSmall)) {
-    return false;
-  }
-  return !pose.linear().isIdentity();
-}
-
 /// The object's box, relative to its position, if the program has left that box alone. `margin` is
 /// the part of it that the program has added to the shape's own box.
 struct Form {

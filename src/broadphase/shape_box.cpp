@@ -5,10 +5,8 @@
 #include <array>
 #include <type_traits>
 
-#include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/cone.h>
 #include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/halfspace.h>
 #include <fcl/geometry/shape/plane.h>
@@ -24,37 +22,14 @@ using geometry::AffineMap;
 using geometry::Obstacle;
 using geometry::Vec3d;
 
-constexpr const char* kBadSides =
-    "a side is negative, NaN or infinite; give it finite sides of 0 or more";
 constexpr const char* kBadRadii =
     "a radius is negative, NaN or infinite; give it finite radii of 0 or more";
 constexpr const char* kBadVertices =
     "it has no vertices, or one that is NaN or infinite; give it finite vertices";
 constexpr const char* kNoLocalBox =
     "its box is empty or NaN; give it a non-empty shape and call computeLocalAABB()";
-bool areSizes(const Vec3d& v) { return isSize(v.x) && isSize(v.y) && isSize(v.z); }
 
 // The columns of a pose's rotation may have drifted. They are used as they are.
-
-FCL_FIBERS_ALWAYS_INLINE ShapeBox boxOfSides(const AffineMap& pose, const Vec3d& sides) {
-  const Vec3d half = 0.5 * sides, *axes = pose.column;
-  return ShapeBox::symmetric(half,
-                             half.x * abs(axes[0]) + half.y * abs(axes[1]) + half.z * abs(axes[2]));
-}
-
-/// Half the box of a disc of radius 1 in the plane of the x and y axes. Squares of tiny entries
-/// lose less than the rounding of the largest coordinate.
-FCL_FIBERS_ALWAYS_INLINE Vec3d discHalf(const AffineMap& pose) {
-  const Vec3d &x = pose.column[0], &y = pose.column[1];
-  return {std::sqrt(x.x * x.x + y.x * y.x), std::sqrt(x.y * x.y + y.y * y.y),
-          std::sqrt(x.z * x.z + y.z * y.z)};
-}
-
-FCL_FIBERS_ALWAYS_INLINE ShapeBox boxOfCylinder(const AffineMap& pose, double radius,
-                                                double length) {
-  const Vec3d end = (length / 2) * abs(pose.column[2]);
-  return ShapeBox::symmetric({radius, radius, length / 2}, end + radius * discHalf(pose));
-}
 
 /// The apex is above, the disc below.
 ShapeBox boxOfCone(const AffineMap& pose, double radius, double length) {
@@ -202,15 +177,8 @@ const char* readShape(const fcl::CollisionObject<S>& object, Bounds bounds, cons
   };
   switch (geometry.getNodeType()) {
     case fcl::GEOM_BOX:
-      out.size = toVec3(static_cast<const fcl::Box<S>&>(geometry).side);
-      out.box = boxOfSides(out.pose, out.size);
-      return areSizes(out.size) ? nullptr : kBadSides;
-    case fcl::GEOM_CYLINDER: {
-      const auto& cylinder = static_cast<const fcl::Cylinder<S>&>(geometry);
-      const char* problem = readRoundSize(cylinder.radius, cylinder.lz);
-      out.box = boxOfCylinder(out.pose, out.size.x, out.size.y);
-      return problem;
-    }
+    case fcl::GEOM_CYLINDER:
+      return readBar(object, out.pose, out.size, out.box);
     case fcl::GEOM_CONE: {
       const auto& cone = static_cast<const fcl::Cone<S>&>(geometry);
       const char* problem = readRoundSize(cone.radius, cone.lz);

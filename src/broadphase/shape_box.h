@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/cylinder.h>
 #include <fcl/narrowphase/collision_object.h>
 
 #include <fcl_fibers/fiber_manager_options.h>
 
 #include "broadphase/fcl_layout.h"
+#include "geometry/affine_map.h"
 #include "geometry/vec3.h"
 #include "simd/always_inline.h"
 
@@ -71,6 +75,75 @@ struct ShapeBox {
 
 inline bool isBounded(const ShapeBox& shape) { return shape.is_least || isBounded(shape.posed); }
 
+/// Whether FCL takes a pose for more than a translation.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE bool isTurned(const fcl::Transform3<S>& pose) {
+  // Eigen's own test is a call. One entry of most rotations tells.
+  const auto& rows = pose.matrix();
+  constexpr S kNone = Eigen::NumTraits<S>::dummy_precision();
+  return std::abs(rows(1, 0)) > kNone || std::abs(rows(2, 1)) > kNone ||
+         !pose.linear().isIdentity();
+}
+
+/// Half the size of a box, which no translation changes.
+struct BoxSize {
+  geometry::Vec3d half;
+  double rounding;  ///< bound on the error of `half` from rounding the corners
+  bool is_open;     ///< a side is infinite, or as far out as FCL's planes reach
+
+  template <typename S>
+  FCL_FIBERS_ALWAYS_INLINE explicit BoxSize(const fcl::AABB<S>& box) {
+    const geometry::Vec3d low = toVec3(box.min_), high = toVec3(box.max_);
+    half = 0.5 * high - 0.5 * low;
+    const double farthest = std::max(maxNorm(low), maxNorm(high));
+    is_open = farthest > double{std::numeric_limits<S>::max()} / 4;
+    // Each corner carries one rounding of its own, and one of the end point from which a program
+    // may have made it. The extent of FCL's boxes carries three roundings, and an axis that was
+    // made from two end points some more.
+    rounding = double{std::numeric_limits<S>::epsilon()} * (1.25 * farthest + 4 * maxNorm(half)) +
+               4 * double{std::numeric_limits<S>::denorm_min()};
+  }
+};
+
+/// Whether a box has a size that FCL gives to this shape, turned or not. Nearly all boxes have.
+/// Boxes too small to be squared are left to wideningOf(), and so is FCL's cube in a pose for which
+/// FCL does not make it.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE bool isStockSize(const BoxSize& size, const ShapeBox& shape,
+                                          const fcl::Transform3<S>& pose) {
+  const geometry::Vec3d own = shape.local.half(), &half = size.half;
+  if (size.is_open) return false;
+  if (maxNorm(half - own) <= size.rounding) return true;
+  constexpr double kSmall = 1e-280;
+  if (std::fabs(half.x * half.x - shape.ball_squared) > 2 * size.rounding * half.x ||
+      std::fabs(half.y - half.x) > size.rounding || std::fabs(half.z - half.x) > size.rounding ||
+      !(shape.ball_squared > kSmall)) {
+    return false;
+  }
+  return isTurned(pose);
+}
+
+FCL_FIBERS_ALWAYS_INLINE ShapeBox boxOfSides(const geometry::AffineMap& pose,
+                                             const geometry::Vec3d& sides) {
+  const geometry::Vec3d half = 0.5 * sides, *axes = pose.column;
+  return ShapeBox::symmetric(half,
+                             half.x * abs(axes[0]) + half.y * abs(axes[1]) + half.z * abs(axes[2]));
+}
+
+/// Half the box of a disc of radius 1 in the plane of the x and y axes. Squares of tiny entries
+/// lose less than the rounding of the largest coordinate.
+FCL_FIBERS_ALWAYS_INLINE geometry::Vec3d discHalf(const geometry::AffineMap& pose) {
+  const geometry::Vec3d &x = pose.column[0], &y = pose.column[1];
+  return {std::sqrt(x.x * x.x + y.x * y.x), std::sqrt(x.y * x.y + y.y * y.y),
+          std::sqrt(x.z * x.z + y.z * y.z)};
+}
+
+FCL_FIBERS_ALWAYS_INLINE ShapeBox boxOfCylinder(const geometry::AffineMap& pose, double radius,
+                                                double length) {
+  const geometry::Vec3d end = (length / 2) * abs(pose.column[2]);
+  return ShapeBox::symmetric({radius, radius, length / 2}, end + radius * discHalf(pose));
+}
+
 /// FCL's two bounds of a mesh or an octree in its own axes: a box, and a ball around its middle.
 struct LocalBounds {
   Corners box{{0, 0, 0}, {0, 0, 0}};
@@ -106,6 +179,30 @@ inline bool isSize(double x) { return x >= 0 && std::isfinite(x); }
 /// Why the size of a capsule, sphere, cylinder or cone is refused; nullptr if it is not.
 inline const char* sizeProblem(double radius, double length) {
   return !isSize(radius) ? kBadRadius : !isSize(length) ? kBadLength : nullptr;
+}
+
+constexpr const char* kBadSides =
+    "a side is negative, NaN or infinite; give it finite sides of 0 or more";
+
+inline bool areSizes(const geometry::Vec3d& v) { return isSize(v.x) && isSize(v.y) && isSize(v.z); }
+
+/// Reads a box or a cylinder.
+/// @param size  as in ReadObject
+/// @return nullptr, or why it is refused and the remedy
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE const char* readBar(const fcl::CollisionObject<S>& object,
+                                             const geometry::AffineMap& pose, geometry::Vec3d& size,
+                                             ShapeBox& box) {
+  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+  if (shape.getNodeType() == fcl::GEOM_BOX) {
+    size = toVec3(static_cast<const fcl::Box<S>&>(shape).side);
+    box = boxOfSides(pose, size);
+    return areSizes(size) ? nullptr : kBadSides;
+  }
+  const auto& cylinder = static_cast<const fcl::Cylinder<S>&>(shape);
+  size = {static_cast<double>(cylinder.radius), static_cast<double>(cylinder.lz), 0};
+  box = boxOfCylinder(pose, size.x, size.y);
+  return sizeProblem(size.x, size.y);
 }
 
 struct ReadObject;
