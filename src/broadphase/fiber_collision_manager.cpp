@@ -164,6 +164,7 @@ void FiberCollisionManager<S>::registerObstacle(Object* object, const ObstacleOp
   typename Impl::Kind kind = Impl::kGuessed;
   kind.categories = {options.categories, options.meets};
   kind.is_solid = options.solid;
+  kind.is_rigid = options.rigid;
   impl().add("registerObstacle", {object}, kind);
 }
 

@@ -79,7 +79,7 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
       has_same_segments &= isBesideTree(kind, options_) == original.obstacles_.isBeside(id);
       if (!isRound(kind)) {
         obstacles_.addCopy(original.obstacles_, objects[i], id, fibers.partyOf(id).categories,
-                           fibers.isSolid(id));
+                           fibers.isSolid(id), fibers.isRigid(id));
         // The triangles are those of the original, unless they differ.
         if (countsTriangles(options_)) requireMesh(objects, i, fibers.isSolid(id));
       }
@@ -131,7 +131,8 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   }
   if (added.empty()) return;
   for (const std::size_t i : fresh.others) {
-    obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, kind.is_solid);
+    obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, kind.is_solid,
+                   kind.is_rigid);
   }
   last_registered_ = may_continue ? fresh.last : std::nullopt;
   if (!hasTree()) return;

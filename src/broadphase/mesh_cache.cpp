@@ -10,6 +10,8 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
+#include "geometry/same_mesh.h"
+
 namespace fcl_fibers::broadphase {
 namespace {
 
@@ -59,27 +61,19 @@ MeshPoint toMeshPoint(const fcl::Vector3<S>& p) {
 template <typename S>
 bool hasPoints(const Mesh& mesh, const BvhTriangles<S>& triangles) {
   const std::vector<MeshPoint>& points = mesh.index().points();
-  if (points.size() != triangles.point_count) return false;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const MeshPoint p = toMeshPoint<S>(triangles.points[i]);
-    if (!(toVec3d(p) == toVec3d(points[i]))) return false;
-  }
-  return true;
+  // Three numbers without anything between them.
+  static_assert(sizeof(fcl::Vector3<S>) == 3 * sizeof(S));
+  return points.size() == triangles.point_count &&
+         (points.empty() ||
+          geometry::arePoints(points.data(), triangles.points->data(), points.size()));
 }
 
 template <typename S>
 bool hasTriangles(const Mesh& mesh, const BvhTriangles<S>& triangles) {
   const std::vector<TriangleIndices>& known = mesh.index().triangles();
-  if (known.size() != triangles.triangle_count) return false;
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    const std::size_t* indices = indicesOf(triangles.triangles[i]);
-    if (indices[0] != static_cast<std::size_t>(known[i].a) ||
-        indices[1] != static_cast<std::size_t>(known[i].b) ||
-        indices[2] != static_cast<std::size_t>(known[i].c)) {
-      return false;
-    }
-  }
-  return true;
+  return known.size() == triangles.triangle_count &&
+         (known.empty() ||
+          geometry::areTriangles(known.data(), indicesOf(*triangles.triangles), known.size()));
 }
 
 template <typename S>
@@ -88,6 +82,11 @@ std::vector<MeshPoint> pointsOf(const BvhTriangles<S>& triangles) {
   std::transform(triangles.points, triangles.points + triangles.point_count, points.begin(),
                  toMeshPoint<S>);
   return points;
+}
+
+/// Whether it is known by the model, and not by another one that has its address now.
+bool isOf(const std::weak_ptr<const void>& known, const MeshCache::Model& model) {
+  return !known.owner_before(model) && !model.owner_before(known);
 }
 
 template <typename S>
@@ -182,31 +181,54 @@ bool isSame(const Mesh& mesh, const BvhTriangles<S>& triangles) {
 }
 
 template <typename S>
-std::shared_ptr<const Mesh> MeshCache::read(const Model& model, const BvhTriangles<S>& triangles) {
+std::shared_ptr<const Mesh> MeshCache::read(const Model& model, const BvhTriangles<S>& triangles,
+                                            bool is_rigid) {
+  if (!triangles.is_finished) return nullptr;
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found = slots_.find(model.get());
-  if (found == slots_.end()) {
-    return newSlot(model, makeMesh(triangles)).mesh;
+  const bool is_known = found != slots_.end();
+  if (is_known) {
+    Slot& slot = found->second;
+    slot.is_recent = true;
+    const bool is_of_model = isOf(slot.model, model);
+    const bool is_in_place = is_of_model && slot.points == triangles.points &&
+                             slot.triangles == triangles.triangles &&
+                             slot.mesh->index().points().size() == triangles.point_count &&
+                             slot.mesh->index().triangles().size() == triangles.triangle_count;
+    if (is_in_place && (is_rigid || slot.is_compared)) return slot.mesh;
+    if (!is_of_model) slot.model = model;
+    slot.points = triangles.points;
+    slot.triangles = triangles.triangles;
+    slot.is_compared = is_reading_;
+    // What was found to be proper still is.
+    if (isSame(*slot.mesh, triangles)) return slot.mesh;
+    slot.is_compared = false;  // in case it is refused
   }
-  std::shared_ptr<Mesh>& mesh = found->second.mesh;
-  found->second.model = model;
-  found->second.is_recent = true;
+  if (!triangles.problem().empty()) return nullptr;
+  if (!is_known) {
+    Slot& slot = newSlot(model, makeMesh(triangles));
+    slot.points = triangles.points;
+    slot.triangles = triangles.triangles;
+    slot.is_compared = is_reading_;
+    return slot.mesh;
+  }
+  Slot& known = found->second;
+  known.is_compared = is_reading_;
+  std::shared_ptr<Mesh>& mesh = known.mesh;
   if (!hasTriangles(*mesh, triangles) || mesh->index().points().size() != triangles.point_count) {
     mesh = makeMesh(triangles);
-  } else if (!hasPoints(*mesh, triangles)) {
+  } else if (mesh.use_count() > 1) {
     // Nobody else can take hold of it meanwhile.
-    if (mesh.use_count() > 1) {
-      mesh = std::make_shared<Mesh>(*mesh, pointsOf(triangles));
-    } else {
-      // Another thread may have let go of it a moment ago, after reading it. To copy the pointer
-      // and let go of it orders those reads before what is written here.
-      std::shared_ptr<Mesh>(mesh).reset();
-      // If the refit runs out of memory, the mesh is gone.
-      Slot slot = std::move(found->second);
-      slots_.erase(found);
-      slot.mesh->refit(pointsOf(triangles));
-      return slots_.emplace(model.get(), std::move(slot)).first->second.mesh;
-    }
+    mesh = std::make_shared<Mesh>(*mesh, pointsOf(triangles));
+  } else {
+    // Another thread may have let go of it a moment ago, after reading it. To copy the pointer
+    // and let go of it orders those reads before what is written here.
+    std::shared_ptr<Mesh>(mesh).reset();
+    // If the refit runs out of memory, the mesh is gone.
+    Slot slot = std::move(known);
+    slots_.erase(found);
+    slot.mesh->refit(pointsOf(triangles));
+    return slots_.emplace(model.get(), std::move(slot)).first->second.mesh;
   }
   return mesh;
 }
@@ -215,9 +237,7 @@ std::shared_ptr<const Mesh> MeshCache::find(const Model& model) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found = slots_.find(model.get());
   if (found == slots_.end()) return nullptr;
-  const std::weak_ptr<const void>& known = found->second.model;
-  const bool is_known = !known.owner_before(model) && !model.owner_before(known);
-  return is_known ? found->second.mesh : nullptr;
+  return isOf(found->second.model, model) ? found->second.mesh : nullptr;
 }
 
 void MeshCache::keep(const Model& model, const std::shared_ptr<const Mesh>& mesh) {
@@ -235,7 +255,18 @@ MeshCache::Slot& MeshCache::newSlot(const Model& model, std::shared_ptr<Mesh> me
     }
     most_ = 2 * slots_.size() + 16;
   }
-  return slots_[model.get()] = {std::move(mesh), model, true};
+  return slots_[model.get()] = {std::move(mesh), model};
+}
+
+MeshCache::ReadingAll::ReadingAll(MeshCache& cache) : cache_(cache) {
+  const std::lock_guard<std::mutex> lock(cache_.mutex_);
+  cache_.is_reading_ = true;
+}
+
+MeshCache::ReadingAll::~ReadingAll() {
+  const std::lock_guard<std::mutex> lock(cache_.mutex_);
+  cache_.is_reading_ = false;
+  for (auto& slot : cache_.slots_) slot.second.is_compared = false;
 }
 
 void MeshCache::forgetUnused() {
@@ -265,10 +296,11 @@ std::size_t MeshCache::memoryUsage() const {
   return bytes;
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                             \
-  template struct BvhTriangles<S>;                                                            \
-  template BvhTriangles<S> trianglesOf(const fcl::CollisionGeometry<S>&);                     \
-  template std::shared_ptr<const Mesh> MeshCache::read(const Model&, const BvhTriangles<S>&); \
+#define FCL_FIBERS_INSTANTIATE(S)                                                            \
+  template struct BvhTriangles<S>;                                                           \
+  template BvhTriangles<S> trianglesOf(const fcl::CollisionGeometry<S>&);                    \
+  template std::shared_ptr<const Mesh> MeshCache::read(const Model&, const BvhTriangles<S>&, \
+                                                       bool);                                \
   template bool isSame(const Mesh&, const BvhTriangles<S>&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)

@@ -78,11 +78,25 @@ class MeshCache {
   /// The geometry of an object.
   using Model = std::shared_ptr<const void>;
 
-  /// Returns the triangles of a model. They are read again only if they differ from those that were
-  /// read last.
-  /// @pre triangles.problem() is empty, and there are triangles
+  /// While it exists, the program's models stay the same.
+  class ReadingAll {
+   public:
+    explicit ReadingAll(MeshCache& cache);
+    ~ReadingAll();
+    ReadingAll(const ReadingAll&) = delete;
+    ReadingAll& operator=(const ReadingAll&) = delete;
+
+   private:
+    MeshCache& cache_;
+  };
+
+  /// Returns the triangles of a model, or null if triangles.problem() tells why not. They are
+  /// compared with those that were read last, and read again if they differ.
+  /// @param is_rigid  whether they are the same if the model has them in the same place
+  /// @pre there are triangles
   template <typename S>
-  std::shared_ptr<const Mesh> read(const Model& model, const BvhTriangles<S>& triangles);
+  std::shared_ptr<const Mesh> read(const Model& model, const BvhTriangles<S>& triangles,
+                                   bool is_rigid = false);
 
   /// Returns what was read last, or null.
   std::shared_ptr<const Mesh> find(const Model& model) const;
@@ -100,12 +114,19 @@ class MeshCache {
   struct Slot {
     std::shared_ptr<Mesh> mesh;
     std::weak_ptr<const void> model;  ///< because another model may have its address later
-    bool is_recent;
+    bool is_recent = true;
+    /// Where the model had them when they were read last; null if they were not read from it.
+    ///@{
+    const void* points = nullptr;
+    const void* triangles = nullptr;
+    ///@}
+    bool is_compared = false;  ///< since the present ReadingAll began
   };
   Slot& newSlot(const Model& model, std::shared_ptr<Mesh> mesh);
 
   mutable std::mutex mutex_;
   std::unordered_map<const void*, Slot> slots_;  ///< by the model's address
+  bool is_reading_ = false;                      ///< whether there is a ReadingAll
   std::size_t most_ = 16;  ///< with more slots those of models that are gone are looked for
 };
 

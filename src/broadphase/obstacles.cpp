@@ -52,31 +52,31 @@ tree::Fibers oneEach(SegmentId begin, SegmentId end) {
 
 template <typename S>
 BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid, const Frame& frame,
-                         Bounds bounds, MeshCache* cache, SegmentId place) {
+                         Bounds bounds, MeshCache* cache, SegmentId place, bool is_rigid) {
   BesideReading reading;
-  if (cache != nullptr && isMesh(object)) {
+  const auto refuseMesh = [&](const std::string& problem) {
     requireSegment(object, frame, bounds, place);  // an improper pose is named first
+    refuse(problem, place);
+  };
+  if (cache != nullptr && isMesh(object)) {
     const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(object));
     if (!triangles.isCloud()) {
-      if (const std::string problem = triangles.problem(); !problem.empty()) {
-        refuse(problem, place);
-      }
-      reading.mesh = cache->read(object.collisionGeometry(), triangles);
+      reading.mesh = cache->read(object.collisionGeometry(), triangles, is_rigid);
+      if (reading.mesh == nullptr) refuseMesh(triangles.problem());
       reading.model = object.collisionGeometry().get();
     }
   }
   if (is_solid && reading.mesh != nullptr) {
     if (reading.mesh->firstLeak() >= 0) {
       const index::MeshIndex& mesh = reading.mesh->index();
-      refuse("its mesh is not watertight: " + index::leakProblem(mesh.points(), mesh.triangles()) +
-                 ", or register it without ObstacleOptions::solid",
-             place);
+      refuseMesh(
+          "its mesh is not watertight: " + index::leakProblem(mesh.points(), mesh.triangles()) +
+          ", or register it without ObstacleOptions::solid");
     }
     if (reading.mesh->isInsideOut()) {
-      refuse(
+      refuseMesh(
           "its mesh is inside out: its triangles are clockwise seen from outside; "
-          "exchange two points of each",
-          place);
+          "exchange two points of each");
     }
   }
   reading.object =
@@ -134,7 +134,8 @@ void Obstacles<S>::reserve(const std::vector<Object*>& objects,
 }
 
 template <typename S>
-void Obstacles<S>::add(Object* object, SegmentId id, tree::Categories categories, bool is_solid) {
+void Obstacles<S>::add(Object* object, SegmentId id, tree::Categories categories, bool is_solid,
+                       bool is_rigid) {
   const ObjectKind kind = kindOf(*object);
   if (isBesideTree(kind, options_)) {
     BesideEntry entry;
@@ -143,6 +144,7 @@ void Obstacles<S>::add(Object* object, SegmentId id, tree::Categories categories
     entry.categories = categories;
     entry.is_mesh = kind == ObjectKind::kMesh && countsTriangles(options_);
     entry.is_solid = is_solid;
+    entry.is_rigid = is_rigid;
     beside_.add(id, std::move(entry));
   }
   if (keepsShape(kind, options_)) shapes_.add(id, {object});
@@ -197,9 +199,9 @@ void Obstacles<S>::setStep(bool has_step) {
 
 template <typename S>
 void Obstacles<S>::addCopy(const Obstacles& other, Object* object, SegmentId id,
-                           tree::Categories categories, bool is_solid) {
+                           tree::Categories categories, bool is_solid, bool is_rigid) {
   reserve({object}, {0});
-  add(object, id, categories, is_solid);
+  add(object, id, categories, is_solid, is_rigid);
   const BesideEntry* original = other.beside(id);
   if (original != nullptr && original->end.mesh != nullptr && isMesh(*object)) {
     cache_.keep(object->collisionGeometry(), original->end.mesh);
@@ -217,7 +219,7 @@ void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
   // Meshes that nobody holds are refitted in place. A step holds them.
   if (!options_.motion) entry.end.mesh.reset();
   BesideReading now = readBeside(*entry.object, entry.is_solid, frame, options_.bounds,
-                                 entry.is_mesh ? &cache_ : nullptr, entry.id);
+                                 entry.is_mesh ? &cache_ : nullptr, entry.id, entry.is_rigid);
   if (options_.motion) {
     // Other triangles have no way from those before. They rest where they are now.
     const bool is_same =
@@ -279,8 +281,13 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
     return;
   }
   has_boxes_ = false;
-  for (; place < beside_.size(); ++place) {
-    if (beside_[place].object != nullptr) readBesideAt(place, frame);
+  {
+    const MeshCache::ReadingAll reading(cache_);
+    const auto objectAt = [&](std::size_t i) { return beside_[i].object; };
+    for (; place < beside_.size(); ++place) {
+      prefetchObject<S>(objectAt, place, beside_.size());
+      if (beside_[place].object != nullptr) readBesideAt(place, frame);
+    }
   }
   if (all) cache_.forgetUnused();
   const BoxSource source(beside_, &BesideEntry::end);
@@ -377,7 +384,7 @@ std::size_t Obstacles<S>::memoryUsage() const {
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                               \
   template BesideReading readBeside(const fcl::CollisionObject<S>&, bool, const Frame&, Bounds, \
-                                    MeshCache*, SegmentId);                                     \
+                                    MeshCache*, SegmentId, bool);                               \
   template class Obstacles<S>;
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)

@@ -133,6 +133,7 @@ class MovingMeshOnDemand {
                                               parallel::Executor* executor);
   /// Gives up what was made for the start and the end that there were.
   void forget();
+  bool isEmpty() const { return memoryUsage() == 0; }
   std::size_t memoryUsage() const;
 
  private:
@@ -146,7 +147,7 @@ class MovingMeshOnDemand {
 template <typename S>
 BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid,
                          const geometry::Frame& frame, Bounds bounds, MeshCache* cache,
-                         SegmentId place = 0);
+                         SegmentId place = 0, bool is_rigid = false);
 
 /// The objects of a manager that are beside its tree, and the shapes that are in the tree as boxes.
 template <typename S>
@@ -160,6 +161,7 @@ class Obstacles {
     tree::Categories categories = tree::kAllCategories;
     bool is_mesh = false;  ///< whether its triangles count if it has any
     bool is_solid = false;
+    bool is_rigid = false;  ///< whether its triangles stay the same in the model
     bool is_read = false;
     bool has_moved = false;  ///< whether it was read since the step began
     /// At both ends of the step, with the same triangles. Without a step the end counts.
@@ -175,7 +177,10 @@ class Obstacles {
       return trees->get(start.placed(categories, is_solid), placed(), its_frame, executor);
     }
     /// Gives up the trees, because the start or the end will change.
-    void forgetTrees() { trees = std::make_shared<MovingMeshOnDemand>(); }
+    void forgetTrees() {
+      if (trees.use_count() == 1 && trees->isEmpty()) return;
+      trees = std::make_shared<MovingMeshOnDemand>();
+    }
     /// Whether triangles count during the whole step.
     bool hasMovingTriangles() const { return start.hasTriangles() && end.hasTriangles(); }
   };
@@ -198,7 +203,7 @@ class Obstacles {
   void reserve(const std::vector<Object*>& objects, const std::vector<std::size_t>& which);
   /// Adds an object that is neither a capsule nor a sphere.
   /// @pre there is room; the ids ascend
-  void add(Object* object, SegmentId id, tree::Categories categories, bool is_solid);
+  void add(Object* object, SegmentId id, tree::Categories categories, bool is_solid, bool is_rigid);
   void remove(SegmentId id);
   /// Takes new ids of the same objects. All have to be read then.
   void renumber(const ObjectRegistry<S>& registry);
@@ -209,7 +214,7 @@ class Obstacles {
   /// Adds the object that replaces one of another manager. The cache has the triangles of that one,
   /// which both share if they are the same.
   void addCopy(const Obstacles& other, Object* object, SegmentId id, tree::Categories categories,
-               bool is_solid);
+               bool is_solid, bool is_rigid);
 
   // --- Reading ---
 

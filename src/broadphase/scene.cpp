@@ -123,10 +123,12 @@ Partner<S> Scene<S>::readNow(const Object& object, SegmentId id) const {
     if (id != ObjectRegistry<S>::kNotFound) {
       const auto party = state_.registry().fibers().partyOf(id);
       entry.is_solid = state_.registry().fibers().isSolid(id);
+      entry.is_rigid = state_.registry().fibers().isRigid(id);
       if (party.is_obstacle) entry.categories = party.categories;
     }
     entry.end = readBeside(object, entry.is_solid, frame(), bounds,
-                           counts_shapes_ ? &asked_.obstacles().cache() : nullptr);
+                           counts_shapes_ ? &asked_.obstacles().cache() : nullptr, /*place=*/0,
+                           entry.is_rigid);
     now = entry.end.box;
     MovingShape& shape = partner.shape.emplace();
     if (counts_shapes_ && entry.end.hasTriangles()) {

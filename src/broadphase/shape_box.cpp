@@ -215,7 +215,7 @@ const char* readShape(const fcl::CollisionObject<S>& object, Bounds bounds, cons
     default:
       break;
   }
-  if (mesh == nullptr && !isProper(geometry.aabb_local)) return kNoLocalBox;
+  if (!isProper(geometry.aabb_local)) return kNoLocalBox;
   const LocalBounds of_fcl = {openCorners(geometry.aabb_local), toVec3(geometry.aabb_center),
                               static_cast<double>(geometry.aabb_radius)};
   out.box = boxOfBounds(mesh != nullptr ? *mesh : of_fcl, ObjectMembers<S>::pose(object));

@@ -45,6 +45,7 @@ class FiberTable {
     tree::Categories categories = tree::kAllCategories;
     SegmentId roots = 0;    ///< its first segments, which meet no obstacle
     bool is_solid = false;  ///< whether an obstacle's inside counts
+    bool is_rigid = false;  ///< whether an obstacle's points stay the same
   };
 
   /// What some of several fibers have.
@@ -168,6 +169,10 @@ class FiberTable {
   bool isSolid(SegmentId id) const {
     return !flags_.empty() && (flags_[fiberOf(id)] & kIsSolid) != 0;
   }
+  /// Whether the id is an obstacle whose points stay the same.
+  bool isRigid(SegmentId id) const {
+    return !flags_.empty() && (flags_[fiberOf(id)] & kIsRigid) != 0;
+  }
 
   /// Which obstacles a segment may meet. An obstacle meets all others.
   tree::Categories meets(SegmentId id) const { return meets(id, fiberOf(id)); }
@@ -209,7 +214,7 @@ class FiberTable {
   }
 
  private:
-  static constexpr std::uint8_t kHasNoNeighbors = 1, kIsClosed = 2, kIsSolid = 4;
+  static constexpr std::uint8_t kHasNoNeighbors = 1, kIsClosed = 2, kIsSolid = 4, kIsRigid = 8;
 
   /// Of a fiber or an obstacle. The first segments of a fiber meet no obstacle.
   struct ObstacleRule {
@@ -255,9 +260,9 @@ inline void FiberTable::startFiber(const Kind& kind) {
     obstacle_rules_.resize(begin_.size());
     obstacle_rules_.push_back({kind.categories, kind.roots});
   }
-  const auto flags =
-      static_cast<std::uint8_t>((kind.has_neighbors ? 0 : kHasNoNeighbors) |
-                                (kind.closed ? kIsClosed : 0) | (kind.is_solid ? kIsSolid : 0));
+  const auto flags = static_cast<std::uint8_t>(
+      (kind.has_neighbors ? 0 : kHasNoNeighbors) | (kind.closed ? kIsClosed : 0) |
+      (kind.is_solid ? kIsSolid : 0) | (kind.is_rigid ? kIsRigid : 0));
   if (needsFlags(kind.closed, !kind.has_neighbors)) {
     flags_.resize(begin_.size(), 0);
     flags_.push_back(flags);

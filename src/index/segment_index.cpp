@@ -208,7 +208,9 @@ bool SegmentIndex::refit(const SegmentSource& source) {
     frame_lasts_ = staysWithin(in_new_frame_, now, kDrift);
     if (frame_lasts_ || staysWithin(in_new_frame_, now, 16)) return !hasDecayed(kLoose);
   }
-  return refit(source, betterFrame(source));
+  const bool is_good = refit(source, betterFrame(source));
+  useNewFrame();
+  return is_good;
 }
 
 Frame SegmentIndex::betterFrame(const SegmentSource& source) const {
@@ -218,7 +220,7 @@ Frame SegmentIndex::betterFrame(const SegmentSource& source) const {
 
 bool SegmentIndex::refit(const SegmentSource& source, const Frame& frame) {
   if (!tryRefit(source, frame)) refuseLeast(source, leaves(), frame);
-  useNewFrame();
+  frame_lasts_ = false;  // who gives one frame gives the next one, too
   return !hasDecayed(kLoose);
 }
 
@@ -419,6 +421,7 @@ bool SegmentIndex::placeFrom(End& end, const SegmentSource& source) {
       [&](auto& tree) {
         tree.findPlaces(executor_.get());
         tree.startRefit(padding());
+        if (tree.empty()) return true;
         std::atomic<bool> changed{false};
         const auto place = [&](const SegmentId* ids, int count, BlockMask present,
                                const SegmentBlock& block) {

@@ -94,6 +94,50 @@ TYPED_TEST(MeshReadings, AreForgottenWithTheModel) {
   EXPECT_GT(contactDistance(*manager, *capsule, mesh), 1);
 }
 
+// An update would read each mesh that only moves, or keep the triangles of a model that is gone.
+TYPED_TEST(MeshReadings, OfRigidMeshesAreMadeOnceForEachModel) {
+  using S = typename TypeParam::Scalar;
+  for (const bool is_rigid : {false, true}) {
+    Scene<S> scene;
+    const auto model = ballOf<S>(1);
+    auto* mesh = scene.add(model, placeAt<S>(0));
+    auto* capsule = scene.addCapsule(placeAt<S>(1), 0.1, 0.2);
+    const Managed<TypeParam> manager({capsule}, capsulesReported());
+    ObstacleOptions options;
+    options.rigid = is_rigid;
+    manager->registerObstacle(mesh, options);
+    EXPECT_EQ(selfPairs<S>(*manager).size(), 1u);
+    movePoints<S>(*model, [](const Eigen::Vector3d& p) -> Eigen::Vector3d { return 3 * p; });
+    EXPECT_TRUE(manager->movedSinceUpdate());
+    manager->update();
+    EXPECT_EQ(selfPairs<S>(*manager).size(), is_rigid ? 1u : 0u);
+    mesh->setTransform(placeAt<S>(1.5));
+    manager->update();
+    EXPECT_TRUE(selfPairs<S>(*manager).empty());
+    *mesh = fcl::CollisionObject<S>(ballOf<S>(0.5), placeAt<S>(1.5));
+    manager->update();
+    EXPECT_EQ(selfPairs<S>(*manager).size(), 1u) << "of the model before";
+  }
+}
+
+// All objects of one model would keep its first points, or all but the first of them would.
+TYPED_TEST(MeshReadings, OfOneModelAreReadAgainForAllObjects) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto model = ballOf<S>(1);
+  for (const double x : {0, 10, 20}) {
+    scene.add(model, placeAt<S>(x));
+    scene.addCapsule(placeAt<S>(x + 2), 0.1, 0.2);
+  }
+  const Managed<TypeParam> manager(scene, capsulesReported());
+  for (const std::size_t touching : {3u, 0u, 3u}) {
+    const double factor = touching == 3 ? 2 : 0.5;
+    movePoints<S>(*model, [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return factor * p; });
+    manager->update();
+    EXPECT_EQ(selfPairs<S>(*manager).size(), touching);
+  }
+}
+
 TYPED_TEST(MeshReadings, OfBrokenArgumentsAreRefused) {
   using S = typename TypeParam::Scalar;
   Scene<S> scene;

@@ -91,6 +91,7 @@ void Thing::setRadius(double radius) {
 std::unique_ptr<Thing> Thing::copy(std::size_t number) const {
   auto made = std::make_unique<Thing>(number, shape_, points_, radius_, margin_);
   made->place(Eigen::Isometry3d(getTransform().matrix()));
+  made->is_rigid_ = is_rigid_;  // a clone has the promises of its original
   return made;
 }
 
@@ -406,6 +407,8 @@ void ManagerScene::enroll(ModelledManager& manager, const std::vector<Thing*>& t
       ObstacleOptions options;
       if (chance(0.8)) options.categories = categories();
       options.solid = thing->isMesh() && isWatertight(thing->shape()) && chance(0.6);
+      options.rigid = thing->isMesh() && chance(0.5);
+      if (options.rigid) thing->promiseRigid();
       manager.registerObstacle(thing, options);
     } else {
       manager.registerObjects({thing});
@@ -474,7 +477,7 @@ void ManagerScene::change() {
   for (std::size_t updates = chance(0.2) ? 2 : 1; updates > 0; --updates) {
     moved.clear();
     for (const auto& thing : things_) {
-      if (thing->isMesh() && chance(deforming_)) {
+      if (thing->isMesh() && !thing->isRigid() && chance(deforming_)) {
         Eigen::Matrix3d by = Eigen::Matrix3d::Identity();
         for (int i = 0; i < 3; ++i) by.col(i) += random_.inCube(0.2);
         thing->deform(by);

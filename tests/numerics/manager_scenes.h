@@ -34,6 +34,9 @@ class Thing : public fcl::CollisionObjectd {
   /// Whether it is an fcl::Capsule, of which fibers are made.
   bool isSegment() const { return cgeom->getNodeType() == fcl::GEOM_CAPSULE; }
   bool isDeformed() const { return is_deformed_; }
+  /// Whether a manager was promised that its points stay the same.
+  bool isRigid() const { return is_rigid_; }
+  void promiseRigid() { is_rigid_ = true; }
   Instant now() const;
 
  private:
@@ -43,7 +46,7 @@ class Thing : public fcl::CollisionObjectd {
   ThingShape shape_;
   std::vector<Eigen::Vector3d> points_;  // before the pose
   double radius_, margin_;
-  bool is_deformed_ = false;
+  bool is_deformed_ = false, is_rigid_ = false;
 };
 
 /// What an object is to fibers and obstacles.
