@@ -623,7 +623,7 @@ FAULTS = [
           "      if (!std::isfinite(size)) continue;\n", "", "index_test swap_test"),
     # --- An index ---
     Fault("an index finds its segments from id 0 on", "index/kept_segments.cpp",
-          "{ends_.data(), stride(), begin_}", "{ends_.data(), stride(), 0}",
+          "(ends_.data(), stride(), begin_)", "(ends_.data(), stride(), 0)",
           "index_test " + MANAGERS),
     Fault("an index reads its segments from id 0 on", "index/segment_index.cpp",
           "const auto first = begin_ + static_cast<SegmentId>(from);",
