@@ -202,6 +202,27 @@ struct WithCapsule {
   std::unique_ptr<Manager> manager;
 };
 
+/// All move to the other frame and back.
+double updateAll(const Contender& contender, LooseObjects& loose, double& answer) {
+  const auto manager = contender.setUp(loose.objects);
+  const double taken = secondsOfCall([&] {
+    for (const std::size_t frame : {1u, 0u}) {
+      loose.setPoses(frame);
+      loose.computeBoxes(contender);
+      manager->update();
+    }
+  });
+  answer = touching(*manager);
+  return taken / 2;
+}
+
+double collideAll(const Contender& contender, LooseObjects& loose, double& answer) {
+  const auto manager = contender.setUp(loose.objects);
+  const double taken = secondsOfCall([&] { countPairs(*manager); });
+  answer = touching(*manager);
+  return taken;
+}
+
 /// The capsule, or the first of the others, moves to the other frame and back.
 template <bool kCapsule>
 double updateOne(const Contender& contender, LooseObjects& loose, double& answer) {
@@ -271,11 +292,14 @@ void registerAllChanges() {
     registerChanges("update a mesh", meshes, updateOne<false>);
     registerChanges("unregister and register a mesh, ask", meshes, registerAndAsk);
   }
-  for (const std::size_t count : {10u, 100u, 1000u}) {
-    const auto boxes = make("boxes", box, count);
-    registerChanges("register and update after each, box written before", boxes,
+  const auto boxes = make("boxes", box, 300);
+  registerChanges("self-collision", boxes, collideAll);
+  registerChanges("move all and update", boxes, updateAll);
+  for (const std::size_t count : {10u, 30u, 100u, 300u, 1000u}) {
+    const auto some = make("boxes", box, count);
+    registerChanges("register and update after each, box written before", some,
                     registerEach<false>);
-    registerChanges("register with its box and update after each", boxes, registerEach<true>);
+    registerChanges("register with its box and update after each", some, registerEach<true>);
   }
 }
 

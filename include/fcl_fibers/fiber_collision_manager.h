@@ -260,7 +260,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   FiberSegment fiberSegment(const Object* object) const;
 
   /// Returns whether an update() would change an answer, because an object has moved or changed its
-  /// shape. This is for an assertion before a query. The call reads objects, on the calling thread,
+  /// shape, or whether the points of a mesh have changed that ObstacleOptions::rigid promises to
+  /// stay. This is for an assertion before a query. The call reads objects, on the calling thread,
   /// up to the first that has moved. If none has, it costs about as much as an update() on one
   /// thread. It returns true after a failed update(), and false if the next query reads all objects
   /// anyway.

@@ -210,7 +210,8 @@ template <typename S>
 bool Search<S>::mayTouch(SegmentId found, SegmentId second) const {
   const Scene<S>& scene = *second_.scene;
   const Generations& segments = state_.generations();
-  if (test_ == Test::kShapes && first_.isTree() && &scene == &own_) {
+  const bool is_mesh = second_.one != nullptr && second_.one->mesh != nullptr;
+  if (test_ == Test::kShapes && first_.isTree() && &scene == &own_ && !is_mesh) {
     const Segment p = segments.segment(found),
                   q = second_.one != nullptr ? second_.one->segment.end : segments.segment(second);
     // Capsules were tested as such, and two other boxes are all that is known.
@@ -254,7 +255,7 @@ Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Sce
   if (is_own && isBounded(one.segment.start) && isBounded(one.segment.end)) {
     const Segment& end = one.segment.end;
     if ((own_.hasShapesInTree() || end.isBox()) &&
-        (own_.hasCapsulesInTree() || !end.isOtherBox())) {
+        (own_.hasCapsulesInTree() || !end.isOtherBox() || one.mesh != nullptr)) {
       begin(tree, single, Test::kShapes);
     }
     const bool is_managed = &scene == &own_ && one.id != Registry::kNotFound;

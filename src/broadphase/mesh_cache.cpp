@@ -185,52 +185,45 @@ std::shared_ptr<const Mesh> MeshCache::read(const Model& model, const BvhTriangl
                                             bool is_rigid) {
   if (!triangles.is_finished) return nullptr;
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto found = slots_.find(model.get());
-  const bool is_known = found != slots_.end();
-  if (is_known) {
-    Slot& slot = found->second;
-    slot.is_recent = true;
-    const bool is_of_model = isOf(slot.model, model);
-    const bool is_in_place = is_of_model && slot.points == triangles.points &&
-                             slot.triangles == triangles.triangles &&
-                             slot.mesh->index().points().size() == triangles.point_count &&
-                             slot.mesh->index().triangles().size() == triangles.triangle_count;
-    if (is_in_place && (is_rigid || slot.is_compared)) return slot.mesh;
-    if (!is_of_model) slot.model = model;
-    slot.points = triangles.points;
-    slot.triangles = triangles.triangles;
-    slot.is_compared = is_reading_;
-    // What was found to be proper still is.
-    if (isSame(*slot.mesh, triangles)) return slot.mesh;
-    slot.is_compared = false;  // in case it is refused
-  }
-  if (!triangles.problem().empty()) return nullptr;
-  if (!is_known) {
-    Slot& slot = newSlot(model, makeMesh(triangles));
+  const auto accepted = [&](Slot& slot) -> std::shared_ptr<const Mesh> {
+    if (!isOf(slot.model, model)) slot.model = model;
     slot.points = triangles.points;
     slot.triangles = triangles.triangles;
     slot.is_compared = is_reading_;
     return slot.mesh;
+  };
+  const auto found = slots_.find(model.get());
+  if (found == slots_.end()) {
+    return triangles.problem().empty() ? accepted(newSlot(model, makeMesh(triangles))) : nullptr;
   }
-  Slot& known = found->second;
-  known.is_compared = is_reading_;
-  std::shared_ptr<Mesh>& mesh = known.mesh;
-  if (!hasTriangles(*mesh, triangles) || mesh->index().points().size() != triangles.point_count) {
-    mesh = makeMesh(triangles);
-  } else if (mesh.use_count() > 1) {
+  Slot& slot = found->second;
+  slot.is_recent = true;
+  const bool is_in_place = isOf(slot.model, model) && slot.points == triangles.points &&
+                           slot.triangles == triangles.triangles &&
+                           slot.mesh->index().points().size() == triangles.point_count &&
+                           slot.mesh->index().triangles().size() == triangles.triangle_count;
+  if (is_in_place && (is_rigid || slot.is_compared)) return slot.mesh;
+  // What was found to be proper still is.
+  if (isSame(*slot.mesh, triangles)) return accepted(slot);
+  slot.points = nullptr;  // in case it is refused
+  if (!triangles.problem().empty()) return nullptr;
+  if (!hasTriangles(*slot.mesh, triangles) ||
+      slot.mesh->index().points().size() != triangles.point_count) {
+    slot.mesh = makeMesh(triangles);
+  } else if (slot.mesh.use_count() > 1) {
     // Nobody else can take hold of it meanwhile.
-    mesh = std::make_shared<Mesh>(*mesh, pointsOf(triangles));
+    slot.mesh = std::make_shared<Mesh>(*slot.mesh, pointsOf(triangles));
   } else {
     // Another thread may have let go of it a moment ago, after reading it. To copy the pointer
     // and let go of it orders those reads before what is written here.
-    std::shared_ptr<Mesh>(mesh).reset();
+    std::shared_ptr<Mesh>(slot.mesh).reset();
     // If the refit runs out of memory, the mesh is gone.
-    Slot slot = std::move(known);
+    Slot moved = std::move(slot);
     slots_.erase(found);
-    slot.mesh->refit(pointsOf(triangles));
-    return slots_.emplace(model.get(), std::move(slot)).first->second.mesh;
+    moved.mesh->refit(pointsOf(triangles));
+    return accepted(slots_.emplace(model.get(), std::move(moved)).first->second);
   }
-  return mesh;
+  return accepted(slot);
 }
 
 std::shared_ptr<const Mesh> MeshCache::find(const Model& model) const {

@@ -40,6 +40,7 @@ class DifferenceSearch {
   DifferenceSearch(const Segment& axis, const Obstacle& polytope, double m)
       : polytope_(polytope),
         ends_{difference<T>(axis.a, polytope.point), difference<T>(axis.b, polytope.point)},
+        half_exponent_(halfExponentOf(polytope)),
         rounding_(T(roundingFor(m)) * T(std::is_same_v<T, double> ? 1.0 : 0x1p-52)) {}
 
   /// Starts with the corner that is nearest to the origin along the way between the middles.
@@ -104,6 +105,16 @@ class DifferenceSearch {
     int end;
   };
 
+  /// In a tiny scene the columns of the pose are huge and the vertices tiny, so that the mean in
+  /// the polytope's own axes could overflow. Half of the exponent keeps it and its products with
+  /// the vertices in range.
+  static int halfExponentOf(const Obstacle& polytope) {
+    const Vec3d(&v)[3] = polytope.vector;
+    int exponent = 0;
+    std::frexp(std::max({maxNorm(v[0]), maxNorm(v[1]), maxNorm(v[2])}), &exponent);
+    return exponent / 2;
+  }
+
   Vec3<T> posed(const Vec3d& p) const {
     const Vec3d(&v)[3] = polytope_.vector;
     const auto row = [&](double Vec3d::*axis) {
@@ -117,12 +128,15 @@ class DifferenceSearch {
 
   Corner leastAlongMean() {
     const Vec3d(&v)[3] = polytope_.vector;
+    const double down = std::ldexp(1.0, -half_exponent_), up = std::ldexp(1.0, half_exponent_);
     const auto across = [&](const Vec3d& column) {
-      return T(column.x) * mean_.x + T(column.y) * mean_.y + T(column.z) * mean_.z;
+      const Vec3d c = down * column;
+      return T(c.x) * mean_.x + T(c.y) * mean_.y + T(c.z) * mean_.z;
     };
     const Vec3<T> along{across(v[0]), across(v[1]), across(v[2])};
     T most;
     const std::size_t vertex = furthest(*polytope_.vertices, along, most);
+    most = T(up) * most;
     const T a = dot(mean_, ends_[0]), b = dot(mean_, ends_[1]);
     const int end = b < a ? 1 : 0;
     least_along_ = (end == 0 ? a : b) - most;
@@ -231,7 +245,8 @@ class DifferenceSearch {
   }
 
   const Obstacle& polytope_;
-  const Vec3<T> ends_[2];  ///< of the axis, relative to the polytope's point
+  const Vec3<T> ends_[2];    ///< of the axis, relative to the polytope's point
+  const int half_exponent_;  ///< of the columns of the pose
   const T rounding_;
   Corner corners_[kMost];
   T weight_[kMost] = {};

@@ -9,7 +9,8 @@
 
 namespace fcl_fibers::geometry {
 
-// Whether a program's mesh is the one that was read, many numbers at a time.
+// Whether a program's mesh is the one that was read, many numbers at a time. -0 equals 0, and NaN
+// equals nothing.
 
 /// @param numbers  three for each of `count` points
 ///@{

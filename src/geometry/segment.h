@@ -24,7 +24,7 @@ struct Segment {
     return box({-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity});
   }
   bool isBox() const { return radius < 0; }
-  /// Whether it is neither a capsule nor a box around one.
+  /// Whether it is neither a capsule nor a box around one. If only boxes count, it may be either.
   bool isOtherBox() const { return radius < 0 && radius > -2; }
   double thickness() const { return radius < 0 ? 0 : radius; }
 

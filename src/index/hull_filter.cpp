@@ -351,7 +351,7 @@ std::size_t HullFilter<Range, Hulls>::keep(Pair* pairs, std::size_t count,
         if (known != ~std::uint64_t{0} >> (PairBlock::kCapacity - (end - i))) {
           keepSome(i, end, known);
         } else {
-          std::copy(pairs + i, pairs + end, pairs + kept);
+          if (kept != i) std::copy(pairs + i, pairs + end, pairs + kept);
           kept += end - i;
         }
       }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/geometry/shape/box.h>
 #include <fcl_fibers/contact.h>
 
 #include "support/managed.h"
@@ -92,6 +93,27 @@ TYPED_TEST(MeshReadings, AreForgottenWithTheModel) {
   }
   const fcl::CollisionObject<S> mesh(makeAtOnePlace(3, 8));
   EXPECT_GT(contactDistance(*manager, *capsule, mesh), 1);
+}
+
+// What is within a mesh would touch it, but only in a scene of few objects, or without capsules.
+TYPED_TEST(MeshReadings, CountByTrianglesBesideFewBoxesAndMany) {
+  using S = typename TypeParam::Scalar;
+  for (const int others : {0, 10, 70}) {
+    for (const bool with_capsule : {false, true}) {
+      Scene<S> scene;
+      auto* mesh = scene.add(ballOf<S>(5), placeAt<S>(0));
+      const auto box = std::make_shared<fcl::Box<S>>(S(0.1), S(0.1), S(0.1));
+      scene.add(box, placeAt<S>(0.5));
+      auto* touching = scene.add(box, placeAt<S>(5));
+      if (with_capsule) scene.addCapsule(placeAt<S>(-0.5), 0.1, 0.2);
+      for (int i = 0; i < others; ++i) scene.add(box, placeAt<S>(20 + i));
+      const Managed<TypeParam> manager(scene, capsulesReported());
+      const auto pairs = selfPairs<S>(*manager);
+      ASSERT_EQ(pairs.size(), 1u) << others;
+      EXPECT_TRUE(pairs.front().first == mesh || pairs.front().second == mesh);
+      EXPECT_TRUE(pairs.front().first == touching || pairs.front().second == touching);
+    }
+  }
 }
 
 // An update would read each mesh that only moves, or keep the triangles of a model that is gone.

@@ -177,6 +177,26 @@ TEST(PolytopeDistance, DecisionsAreExactAlongFacesAndEdges) {
   }
 }
 
+// In a scene of 1e-285 the pose has huge numbers and the vertices tiny ones: pairs would be missed.
+TEST(PolytopeDistance, DecisionsAreExactIfThePoseIsHugeAndVerticesAreTiny) {
+  Random random(1119);
+  for (int i = 0; i < 200; ++i) {
+    Obstacle polytope = randomPolytope(random);
+    const int power = 880 + static_cast<int>(random.below(100)), sign = i % 2 == 0 ? 1 : -1;
+    std::vector<double> points;
+    for (std::size_t k = 0; k < polytope.vertices->count(); ++k) {
+      const Vec3d p = std::ldexp(1.0, -sign * power) * (*polytope.vertices)[k];
+      points.insert(points.end(), {p.x, p.y, p.z});
+    }
+    polytope.vertices = makePolytope(points).vertices;
+    const double unit = std::ldexp(1.0, 40);
+    for (Vec3d& v : polytope.vector) v = std::ldexp(unit, sign * power) * v;
+    polytope.point = unit * polytope.point;
+    const Segment s = randomSegment(random);
+    ASSERT_NO_FATAL_FAILURE(expectExactDecisions({unit * s.a, unit * s.b, 0}, polytope)) << i;
+  }
+}
+
 // Squares would overflow or vanish, or a place far from the origin would cost digits.
 TEST(PolytopeDistance, DecisionsAreExactAtAllScalesAndOffsets) {
   Random random(1114);
