@@ -30,6 +30,7 @@ RECORDED = {
         HELIX,
         "--benchmark_filter=Beside/kVolumes/|Beside/kCapsules/|FibersOf/|OneByOne/10 boxes",
     ],
+    "full/arms": ["arms", "--benchmark_filter=Arms/(arm of hulls among 30|cable beside hulls)"],
     "full/arrays_helix": ["arrays", HELIX],
     "full/obstacles_combed": [
         "obstacles",

@@ -184,6 +184,20 @@ class ReportTest(unittest.TestCase):
         row = "Detection per visited pair: speed-up over Embree, 1 thread"
         self.assertEqual(self.row(self.made("full"), row), ["2.0x (2.0 to 2.0)"])
 
+    def test_arms_tell_who_is_how_fast_with_a_hit_and_without(self):
+        """If this failed, the times of poses with a hit would stand for those without one."""
+        self.take("full", "frames_helix", "arms")
+        cell = "Arms/arm of hulls among 30/"
+        for who, factor in (("Dynamic", 6), ("LayeredAABBTree/boxes", 2), ("LayeredAABBTree/c", 3)):
+            times = {"hit": 4e-6 * factor, "real_time": 1e-6 * factor, "update": factor / 2 * 1e-6}
+            self.put("arms", {cell + who: times})
+        text = self.made("full", "--targets")
+        name = "arm of hulls among 30, "
+        self.assertEqual(self.row(text, name + "update alone")[:3], ["3.00 us", "1.00 us", "1.50 us"])
+        found = [cells for cells in map(str.split, text.splitlines()) if "hit" in cells]
+        self.assertTrue(any({"24.0", "8.00", "12.0"} <= set(cells) for cells in found))
+        self.assertTrue(any({"3.00", "2.00", "met"} <= set(cells) for cells in found))
+
     def test_a_measure_that_was_not_run_is_named(self):
         """If this failed, a part that was left out would look as if it did not exist."""
         self.take("full", "frames_helix")
@@ -192,7 +206,7 @@ class ReportTest(unittest.TestCase):
         )
         text = self.made("full")
         missing = "frames of helix-2000; frames of cap; frames of paper-dynamic; queries; clients; "
-        missing += "shapes; arrays of helix; arrays of helix-2000; arrays of cap; growth; "
+        missing += "shapes; arms; arrays of helix; arrays of helix-2000; arrays of cap; growth; "
         missing += "obstacles of cap; obstacles of combed; obstacles of cables; "
         missing += "; ".join(f"motion by {radii} radii" for radii in (5, 50, 150, 480)) + "; "
         missing += "; ".join(f"pairs that live of {scene}" for scene in live.SCENES) + "; "

@@ -131,9 +131,11 @@ TYPED_TEST(MeshReadings, OfRigidMeshesAreMadeOnceForEachModel) {
     EXPECT_EQ(selfPairs<S>(*manager).size(), 1u);
     movePoints<S>(*model, [](const Eigen::Vector3d& p) -> Eigen::Vector3d { return 3 * p; });
     EXPECT_TRUE(manager->movedSinceUpdate());
+    if (!is_rigid) mesh->computeAABB();
     manager->update();
     EXPECT_EQ(selfPairs<S>(*manager).size(), is_rigid ? 1u : 0u);
     mesh->setTransform(placeAt<S>(1.5));
+    if (!is_rigid) mesh->computeAABB();
     manager->update();
     EXPECT_TRUE(selfPairs<S>(*manager).empty());
     *mesh = fcl::CollisionObject<S>(ballOf<S>(0.5), placeAt<S>(1.5));
