@@ -12,7 +12,8 @@ MEDIANS = {"update": "update alone", "hit": "with a hit", "seconds": "without on
 
 def cells_of(part):
     """Of each cell and median the runs of FCL's tree and of ours with both reports."""
-    for cell in dict.fromkeys(name.split("/")[0] for name in part.names("Arms")):
+    cells = {name.split("/")[0] for name in part.names("Arms")}
+    for cell in sorted(cells, key=lambda cell: (cell.split(" among ")[0], len(cell))):
         for key, what in MEDIANS.items():
             runs = [part.runs("Arms", f"{cell}/{who}", key) for who in WHO]
             yield cell, key, f"{cell}, {what}", runs

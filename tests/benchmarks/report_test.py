@@ -193,7 +193,9 @@ class ReportTest(unittest.TestCase):
             self.put("arms", {cell + who: times})
         text = self.made("full", "--targets")
         name = "arm of hulls among 30, "
-        self.assertEqual(self.row(text, name + "update alone")[:3], ["3.00 us", "1.00 us", "1.50 us"])
+        self.assertEqual(
+            self.row(text, name + "update alone")[:3], ["3.00 us", "1.00 us", "1.50 us"]
+        )
         found = [cells for cells in map(str.split, text.splitlines()) if "hit" in cells]
         self.assertTrue(any({"24.0", "8.00", "12.0"} <= set(cells) for cells in found))
         self.assertTrue(any({"3.00", "2.00", "met"} <= set(cells) for cells in found))
