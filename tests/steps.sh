@@ -8,6 +8,8 @@ told_list=$PWD/build/told.txt
 skipped_list=$PWD/build/skipped.txt
 skipped_step=$PWD/build/skipped_step
 
+export LSAN_OPTIONS=suppressions=$PWD/tests/leak_sanitizer_ignored.txt:print_suppressions=0
+
 # What has to do with threads: the library's, the user's, and caches that the first query fills.
 # shellcheck disable=SC2034
 thread_suites=(threads_test arrays_test index_test meshes_test motion_test)

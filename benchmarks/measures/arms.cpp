@@ -34,7 +34,7 @@ using Poses = std::vector<fcl::Transform3d>;
 
 constexpr int kRuns = 9;
 constexpr std::size_t kPoses = 1000, kLinks = 7, kCable = 300;
-constexpr int kHullTriangles = 400, kMeshTriangles = 1344;  // about 200 and 670 points
+constexpr int kHullTriangles = 400, kMeshTriangles = 1344;  // 202 and 650 points
 
 fcl::Vector3d anywhere(scenes::Random& random) {
   const double x = random.uniform() - 0.5, y = random.uniform() - 0.5;

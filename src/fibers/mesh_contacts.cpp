@@ -35,8 +35,8 @@ MeshContacts::MeshContacts(const index::PlacedMesh& mesh)
     : is_solid_(mesh.is_solid), frame_{mesh.pose.shift, 1}, triangles_(mesh, frame_) {}
 
 void MeshContacts::compute(const Pair* pairs, std::size_t count, MeshContact* contacts) const {
-  std::array<Segment, kAtOnce> capsules;
-  std::array<Triangle, kAtOnce> triangles;
+  std::array<Segment, kAtOnce> capsules{};
+  std::array<Triangle, kAtOnce> triangles{};
   std::array<geometry::ClosestOnTriangle, kAtOnce> closest;
   for (std::size_t i = 0; i < count; ++i) {
     capsules[i] = pairs[i].capsule;

@@ -179,7 +179,7 @@ class DifferenceSearch {
     int best = 0;
     T weight[kMost], best_weight[kMost] = {};
     for (int set = 1; set < 1 << count_; ++set) {
-      int chosen[kMost], size = 0;
+      int chosen[kMost] = {}, size = 0;
       for (int i = 0; i < count_; ++i) {
         if ((set >> i & 1) != 0) chosen[size++] = i;
       }

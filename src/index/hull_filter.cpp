@@ -113,12 +113,13 @@ double mostErrorOf(const TriangleHulls<Mesh>& hulls) {
 /// Whether a pair is two boxes that touch even if their corners have no error.
 FCL_FIBERS_ALWAYS_INLINE bool areBoxesWithin(const CapsuleEnd* p, const CapsuleEnd* q,
                                              double margin) {
-  bool are = isBox(p) & isBox(q);
+  // Without branches, which could not be predicted.
+  unsigned apart = isBox(p) && isBox(q) ? 0 : 1;
   for (int axis = 0; axis < 3; ++axis) {
-    are &= p[0].numbers[axis] - q[1].numbers[axis] <= margin;
-    are &= q[0].numbers[axis] - p[1].numbers[axis] <= margin;
+    apart |= p[0].numbers[axis] - q[1].numbers[axis] <= margin ? 0u : 1u;
+    apart |= q[0].numbers[axis] - p[1].numbers[axis] <= margin ? 0u : 1u;
   }
-  return are;
+  return apart == 0;
 }
 /// A bit for each pair of a block for which that is known.
 FCL_FIBERS_ALWAYS_INLINE std::uint64_t boxesWithin(const SegmentRange& segments,

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 #include "support/random.h"
@@ -19,7 +21,13 @@ using test::Random;
 template <typename T>
 class PointBoxesTest : public testing::Test {};
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(PointBoxesTest, Scalars);
+struct ScalarNames {
+  template <typename T>
+  static std::string GetName(int /*i*/) {
+    return std::is_same_v<T, float> ? "Float" : "Double";
+  }
+};
+TYPED_TEST_SUITE(PointBoxesTest, Scalars, ScalarNames);
 
 template <typename T>
 std::vector<T> randomPoints(Random& random, std::size_t count) {
