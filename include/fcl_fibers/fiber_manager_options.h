@@ -38,9 +38,9 @@ struct ObstacleOptions {
   /// (fiber.categories & obstacle.meets) != 0 && (obstacle.categories & fiber.meets) != 0.
   std::uint32_t categories = ~std::uint32_t{0};
   std::uint32_t meets = ~std::uint32_t{0};  ///< bits: the categories of fibers that it meets
-  /// Whether the points and triangles of a mesh stay the same in its `fcl::BVHModel`. Then an
-  /// update under Report::kCapsules does not compare them with those that it read before, which
-  /// takes some tens of nanoseconds for each kilobyte of them. The object may move, and it may get
+  /// Whether the points and triangles of a mesh stay the same in its `fcl::BVHModel`. Then no
+  /// query under Report::kCapsules compares them with those that were read before, which takes
+  /// some tens of nanoseconds for each kilobyte of them. The object may move, and it may get
   /// another model. If the points change all the same, the pairs are of those that were read first.
   bool rigid = false;
 };

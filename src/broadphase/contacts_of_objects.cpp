@@ -100,8 +100,8 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
                                  joinedText("margin is ", margin, "; give 0 or more"));
   }
   BesideReading reading;
-  reading.mesh = state.knownMesh(*mesh);
   named(kMeshContacts, "the mesh", [&] {
+    reading.mesh = state.knownMesh(*mesh);
     requireSegment(*mesh, Frame{}, Bounds::kShapes);  // it may have become invalid
     if (reading.mesh == nullptr) {
       reading = readBeside(*mesh, false, Frame{}, Bounds::kShapes, &state.obstacles().cache());

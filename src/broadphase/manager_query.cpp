@@ -59,6 +59,17 @@ class Search final : index::PairSink, index::NearestSink {
                        : found;
     }
     bool isTree() const { return one == nullptr && !is_beside; }
+    /// @pre it is not in the tree
+    Segment box(SegmentId found) const {
+      return one != nullptr ? one->segment.end : entry(found).end.box;
+    }
+    /// Whether it is a mesh, and not in the tree.
+    bool isMesh(SegmentId found) const {
+      return one != nullptr ? one->mesh != nullptr : is_beside && entry(found).is_mesh;
+    }
+    const typename Obstacles<S>::BesideEntry& entry(SegmentId found) const {
+      return scene->state().obstacles().beside()[static_cast<std::size_t>(found)];
+    }
     /// Returns null if it cannot be read.
     const Partner<S>* find(SegmentId found, Partner<S>& place) const {
       if (one != nullptr) return one;
@@ -106,6 +117,16 @@ class Search final : index::PairSink, index::NearestSink {
   Visit searchTree(const Scene<S>& in, const Partner<S>& one, const Scene<S>& scene);
   Visit searchBeside(const Partner<S>& one, const Scene<S>& scene);
   Visit searchTreeBesideOwn(const Scene<S>& theirs);
+  Visit searchTreeWithBeside(const Scene<S>& theirs);
+  /// Whether the pairs of a segment and a mesh are those of the mesh's box, each of which is asked
+  /// about then. A search of few segments ends before one for each mesh has begun, and what is no
+  /// capsule counts by its box anyway.
+  bool asksEach() const {
+    constexpr std::size_t kFew = 64;
+    const Generations& segments = state_.generations();
+    return !moves_ && !query_.is_for_distances &&
+           (segments.size() <= kFew || !own_.hasCapsulesInTree());
+  }
 
   /// An object that is found, or the one that is asked about.
   Object* partner(SegmentId b) const { return others_ != nullptr ? (*others_)[b] : object_; }
@@ -209,14 +230,14 @@ FCL_FIBERS_ALWAYS_INLINE bool Search<S>::handOn(SegmentId found, SegmentId secon
 template <typename S>
 bool Search<S>::mayTouch(SegmentId found, SegmentId second) const {
   const Scene<S>& scene = *second_.scene;
-  const Generations& segments = state_.generations();
-  const bool is_mesh = second_.one != nullptr && second_.one->mesh != nullptr;
-  if (test_ == Test::kShapes && first_.isTree() && &scene == &own_ && !is_mesh) {
-    const Segment p = segments.segment(found),
-                  q = second_.one != nullptr ? second_.one->segment.end : segments.segment(second);
+  if (test_ == Test::kShapes && first_.isTree() && (&scene == &own_ || !second_.isTree())) {
+    const Generations& segments = state_.generations();
+    const Segment p = segments.segment(found);
+    const Segment q = second_.isTree() ? segments.segment(second) : second_.box(second);
     // Capsules were tested as such, and two other boxes are all that is known.
     if (p.isBox() ? p.isOtherBox() && q.isOtherBox() : !q.isBox()) return true;
   }
+  if (first_.isMesh(found) && second_.isMesh(second)) return true;
   // It is asked about as a mesh.
   if (second_.isTree() && scene.isMeshInTree(*scene.state().registry()[second])) return false;
   Partner<S> p_place, q_place;
@@ -242,20 +263,11 @@ Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Sce
   is_own ? begin(tree, single, Test::kNothing) : begin(single, tree, Test::kNothing);
   searched_ = &in;
   const Generations& segments = in.state().generations();
-  // Few segments near its box are asked about one by one in less time than a search takes to begin.
-  constexpr std::size_t kFew = 64;
-  const bool are_few = is_own && !moves_ && !query_.is_for_distances && segments.size() <= kFew;
-  if (one.mesh != nullptr && !are_few) {
-    sifts_ = false;
-    if (moves_ || query_.is_for_distances) seen_.emplace();
-    const double margin = state_.options().margin;
-    return moves_ ? segments.searchMesh(*in.state().movingMesh(*one.mesh), margin, sink_)
-                  : segments.searchMesh({one.mesh->placed(), in.state().frame()}, margin, sink_);
-  }
-  if (is_own && isBounded(one.segment.start) && isBounded(one.segment.end)) {
+  const bool is_mesh = one.mesh != nullptr && !(is_own && asksEach());
+  if (!is_mesh && is_own && isBounded(one.segment.start) && isBounded(one.segment.end)) {
     const Segment& end = one.segment.end;
     if ((own_.hasShapesInTree() || end.isBox()) &&
-        (own_.hasCapsulesInTree() || !end.isOtherBox() || one.mesh != nullptr)) {
+        (own_.hasCapsulesInTree() || !end.isOtherBox())) {
       begin(tree, single, Test::kShapes);
     }
     const bool is_managed = &scene == &own_ && one.id != Registry::kNotFound;
@@ -280,6 +292,22 @@ Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Sce
            geometry::isNear(its, around, reach - padding) &&
            !(has_plane && !mayReach(its, shape.end, shape.way, reach, shape.way_error));
   };
+  if (is_mesh) {
+    const double margin = state_.options().margin;
+    const auto search = [&](const index::PosedMesh& mesh) {
+      sifts_ = false;
+      if (moves_ || query_.is_for_distances) seen_.emplace();
+      return segments.searchMesh(mesh, margin, sink_);
+    };
+    if (moves_) return search(*in.state().movingMesh(*one.mesh));
+    // No triangles are read for a mesh that is far from all segments.
+    const auto stop = [](SegmentId) { return Visit::kStop; };
+    if (!query_.is_for_distances && segments.visitNear(false, isNear, stop) == Visit::kContinue) {
+      return Visit::kContinue;
+    }
+    const auto& mesh = scene.withTriangles(*one.mesh);
+    if (mesh.end.hasTriangles()) return search({mesh.placed(), in.state().frame()});
+  }
   if (segments.keepsSegments()) test_ = Test::kSegmentsAndShapes;
   return segments.visitNear(moves_, isNear, [&](SegmentId found) {
     return pair(found, 0) ? Visit::kStop : Visit::kContinue;
@@ -306,10 +334,7 @@ void Search<S>::self() {
   if (segments.search(sink_) == Visit::kStop) return;
   if (obstacles.beside().size() == 0) return;
   setOthers(&state_.registry());
-  for (const auto& entry : obstacles.beside()) {
-    if (entry.object == nullptr) continue;
-    if (searchTree(own_, own_.partnerOf(entry), own_) == Visit::kStop) return;
-  }
+  if (searchTreeWithBeside(own_) == Visit::kStop) return;
   const Side beside{&own_, nullptr, /*is_beside=*/true};
   begin(beside, beside, Test::kShapes);
   obstacles.boxes().search(sink_);
@@ -325,9 +350,10 @@ void Search<S>::with(const State& other) {
   begin({&own_}, {&theirs}, has_shapes && has_capsules ? Test::kShapes : Test::kNothing);
   const Visit visit = state_.generations().search(other.generations(), theirs.source(), sink_);
   if (visit == Visit::kStop || searchTreeBesideOwn(theirs) == Visit::kStop) return;
+  if (searchTreeWithBeside(theirs) == Visit::kStop) return;
   for (const auto& entry : other.obstacles().beside()) {
-    if (entry.object == nullptr) continue;
-    if (searchAll(theirs.partnerOf(entry), theirs) == Visit::kStop) return;
+    if (entry.object == nullptr || state_.obstacles().beside().size() == 0) continue;
+    if (searchBeside(theirs.partnerOf(entry), theirs) == Visit::kStop) return;
   }
   for (SegmentId b = 0; theirs.hasMeshesInTree() && b < other.registry().idCount(); ++b) {
     const Object* object = other.registry()[b];
@@ -361,6 +387,24 @@ void Search<S>::with(const std::vector<Object*>& others) {
       if (searchAll(*others[i]) == Visit::kStop) return;
     }
   });
+}
+
+/// Finds what is in this manager's tree and touches what the other one, or the same one, has beside
+/// its tree.
+template <typename S>
+Visit Search<S>::searchTreeWithBeside(const Scene<S>& theirs) {
+  const Generations& segments = state_.generations();
+  const Obstacles<S>& obstacles = theirs.state().obstacles();
+  if (obstacles.beside().size() == 0 || segments.size() == 0) return Visit::kContinue;
+  if (asksEach() && segments.keepsSegments()) {
+    begin({&own_}, {&theirs, nullptr, /*is_beside=*/true}, Test::kShapes);
+    return segments.search(obstacles.boxes(), theirs.source(), sink_);
+  }
+  for (const auto& entry : obstacles.beside()) {
+    if (entry.object == nullptr) continue;
+    if (searchTree(own_, theirs.partnerOf(entry), theirs) == Visit::kStop) return Visit::kStop;
+  }
+  return Visit::kContinue;
 }
 
 /// Finds what is in the other manager's tree and touches what this manager has beside its own.

@@ -427,9 +427,10 @@ template <typename S>
 std::shared_ptr<const Mesh> ManagerState<S>::knownMesh(const Object& object) const {
   const std::lock_guard<std::mutex> lock(build_mutex_);
   const auto* entry = obstacles_.beside(registry_.find(&object));
-  return entry != nullptr && entry->end.mesh != nullptr
-             ? entry->end.mesh
-             : obstacles_.cache().find(object.collisionGeometry());
+  if (entry != nullptr && entry->is_read) {
+    if (const auto& mesh = obstacles_.withTriangles(*entry, frame()).end.mesh) return mesh;
+  }
+  return obstacles_.cache().find(object.collisionGeometry());
 }
 
 template <typename S>

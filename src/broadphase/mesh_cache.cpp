@@ -182,14 +182,14 @@ bool isSame(const Mesh& mesh, const BvhTriangles<S>& triangles) {
 
 template <typename S>
 std::shared_ptr<const Mesh> MeshCache::read(const Model& model, const BvhTriangles<S>& triangles,
-                                            bool is_rigid) {
+                                            IsSame is_same) {
   if (!triangles.is_finished) return nullptr;
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto accepted = [&](Slot& slot) -> std::shared_ptr<const Mesh> {
     if (!isOf(slot.model, model)) slot.model = model;
     slot.points = triangles.points;
     slot.triangles = triangles.triangles;
-    slot.is_compared = is_reading_;
+    slot.is_compared = true;
     return slot.mesh;
   };
   const auto found = slots_.find(model.get());
@@ -202,7 +202,9 @@ std::shared_ptr<const Mesh> MeshCache::read(const Model& model, const BvhTriangl
                            slot.triangles == triangles.triangles &&
                            slot.mesh->index().points().size() == triangles.point_count &&
                            slot.mesh->index().triangles().size() == triangles.triangle_count;
-  if (is_in_place && (is_rigid || slot.is_compared)) return slot.mesh;
+  const bool is_known =
+      is_same == IsSame::kAlways || (is_same == IsSame::kInUpdate && slot.is_compared);
+  if (is_in_place && is_known) return slot.mesh;
   // What was found to be proper still is.
   if (isSame(*slot.mesh, triangles)) return accepted(slot);
   slot.points = nullptr;  // in case it is refused
@@ -235,6 +237,10 @@ std::shared_ptr<const Mesh> MeshCache::find(const Model& model) const {
 
 void MeshCache::keep(const Model& model, const std::shared_ptr<const Mesh>& mesh) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = slots_.find(model.get());
+  if (found != slots_.end() && found->second.mesh == mesh && isOf(found->second.model, model)) {
+    return;
+  }
   // Only the sole owner changes it, and `mesh` remains another owner.
   newSlot(model, std::const_pointer_cast<Mesh>(mesh));
 }
@@ -251,21 +257,16 @@ MeshCache::Slot& MeshCache::newSlot(const Model& model, std::shared_ptr<Mesh> me
   return slots_[model.get()] = {std::move(mesh), model};
 }
 
-MeshCache::ReadingAll::ReadingAll(MeshCache& cache) : cache_(cache) {
-  const std::lock_guard<std::mutex> lock(cache_.mutex_);
-  cache_.is_reading_ = true;
-}
-
-MeshCache::ReadingAll::~ReadingAll() {
-  const std::lock_guard<std::mutex> lock(cache_.mutex_);
-  cache_.is_reading_ = false;
-  for (auto& slot : cache_.slots_) slot.second.is_compared = false;
+void MeshCache::beginUpdate() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto& slot : slots_) slot.second.is_compared = false;
 }
 
 void MeshCache::forgetUnused() {
   const std::lock_guard<std::mutex> lock(mutex_);
   for (auto slot = slots_.begin(); slot != slots_.end();) {
-    const bool is_used = slot->second.is_recent && !slot->second.model.expired();
+    const bool is_wanted = slot->second.is_recent || slot->second.mesh.use_count() > 1;
+    const bool is_used = is_wanted && !slot->second.model.expired();
     slot->second.is_recent = false;
     slot = is_used ? std::next(slot) : slots_.erase(slot);
   }
@@ -293,7 +294,7 @@ std::size_t MeshCache::memoryUsage() const {
   template struct BvhTriangles<S>;                                                           \
   template BvhTriangles<S> trianglesOf(const fcl::CollisionGeometry<S>&);                    \
   template std::shared_ptr<const Mesh> MeshCache::read(const Model&, const BvhTriangles<S>&, \
-                                                       bool);                                \
+                                                       IsSame);                              \
   template bool isSame(const Mesh&, const BvhTriangles<S>&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)

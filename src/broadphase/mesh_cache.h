@@ -78,32 +78,29 @@ class MeshCache {
   /// The geometry of an object.
   using Model = std::shared_ptr<const void>;
 
-  /// While it exists, the program's models stay the same.
-  class ReadingAll {
-   public:
-    explicit ReadingAll(MeshCache& cache);
-    ~ReadingAll();
-    ReadingAll(const ReadingAll&) = delete;
-    ReadingAll& operator=(const ReadingAll&) = delete;
-
-   private:
-    MeshCache& cache_;
+  /// When a model that has its points and triangles where it had them has the same ones.
+  enum class IsSame {
+    kIfEqual,   ///< if a comparison finds no difference
+    kInUpdate,  ///< if a comparison since the last beginUpdate() has found none
+    kAlways,
   };
 
-  /// Returns the triangles of a model, or null if triangles.problem() tells why not. They are
-  /// compared with those that were read last, and read again if they differ.
-  /// @param is_rigid  whether they are the same if the model has them in the same place
+  /// Begins an update, after which models may differ from what was read.
+  void beginUpdate();
+
+  /// Returns the triangles of a model, or null if triangles.problem() tells why not. They are those
+  /// that were read last if these are the same, and are read again if not.
   /// @pre there are triangles
   template <typename S>
   std::shared_ptr<const Mesh> read(const Model& model, const BvhTriangles<S>& triangles,
-                                   bool is_rigid = false);
+                                   IsSame is_same = IsSame::kIfEqual);
 
   /// Returns what was read last, or null.
   std::shared_ptr<const Mesh> find(const Model& model) const;
   /// Keeps what another manager has read.
   void keep(const Model& model, const std::shared_ptr<const Mesh>& mesh);
 
-  /// Forgets the meshes that nobody has asked for since the last call.
+  /// Forgets the meshes that nobody has, or has asked for since the last call.
   void forgetUnused();
   /// Forgets a model that may be gone, unless its mesh is in use.
   void forget(const void* model);
@@ -120,13 +117,12 @@ class MeshCache {
     const void* points = nullptr;
     const void* triangles = nullptr;
     ///@}
-    bool is_compared = false;  ///< since the present ReadingAll began
+    bool is_compared = false;  ///< since the last beginUpdate()
   };
   Slot& newSlot(const Model& model, std::shared_ptr<Mesh> mesh);
 
   mutable std::mutex mutex_;
   std::unordered_map<const void*, Slot> slots_;  ///< by the model's address
-  bool is_reading_ = false;                      ///< whether there is a ReadingAll
   std::size_t most_ = 16;  ///< with more slots those of models that are gone are looked for
 };
 

@@ -282,8 +282,7 @@ const char* segmentOf(const ReadObject& object, const Frame& frame, Segment& seg
     }
     segment = Segment::box(corners.low, corners.high);
   }
-  const bool has_mark = isRound(object.kind) || object.kind == ObjectKind::kBar;
-  if (marks_boxes && has_mark) mark(object.pose, object.size, segment);
+  if (marks_boxes) mark(object.pose, object.size, segment);
   return nullptr;
 }
 

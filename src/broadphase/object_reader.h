@@ -87,7 +87,7 @@ inline bool isBesideTree(ObjectKind kind, const FiberManagerOptions& options) {
 /// if they form fibers, is read again when it is asked for. Others may have many vertices.
 inline bool keepsShape(ObjectKind kind, const FiberManagerOptions& options) {
   return countsTriangles(options) && kind != ObjectKind::kMesh && !isRound(kind) &&
-         (options.motion || kind != ObjectKind::kBar);
+         (options.motion || kind == ObjectKind::kBounded);
 }
 
 /// Reads the size of a capsule or sphere. Returns false for any other kind.
@@ -149,9 +149,8 @@ ReadObject readObject(const fcl::CollisionObject<S>& object, Bounds bounds,
 /// The object as a segment in `frame`. A sphere is a capsule of length zero. Other shapes, and
 /// under Bounds::kObjects all shapes, are boxes, whose unbounded sides are at infinity. A margin
 /// that the program has added to the box of a capsule or sphere is part of the radius.
-/// @param marks_boxes  whether the box of a capsule, sphere, box or cylinder is marked by pose and
-///                     shape: other poses and shapes have other segments then, except for one in
-///                     2^52
+/// @param marks_boxes  whether a box is marked by the object's pose and size: other poses and
+///                     sizes have other segments then, except for one in 2^52
 /// @return nullptr, or why the object is refused and the remedy
 const char* segmentOf(const ReadObject& object, const geometry::Frame& frame,
                       geometry::Segment& segment, bool marks_boxes = false);

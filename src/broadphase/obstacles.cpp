@@ -39,6 +39,11 @@ class BoxSource final : public index::SegmentSource {
   BesideReading Entry::*const end_;
 };
 
+template <class Entry>
+MeshCache::IsSame isSameFor(const Entry& entry) {
+  return entry.is_rigid ? MeshCache::IsSame::kAlways : MeshCache::IsSame::kInUpdate;
+}
+
 tree::Fibers oneEach(SegmentId begin, SegmentId end) {
   tree::Fibers fibers;
   for (SegmentId id = begin; id < end; ++id) {
@@ -52,7 +57,8 @@ tree::Fibers oneEach(SegmentId begin, SegmentId end) {
 
 template <typename S>
 BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid, const Frame& frame,
-                         Bounds bounds, MeshCache* cache, SegmentId place, bool is_rigid) {
+                         Bounds bounds, MeshCache* cache, SegmentId place,
+                         MeshCache::IsSame is_same) {
   BesideReading reading;
   const auto refuseMesh = [&](const std::string& problem) {
     requireSegment(object, frame, bounds, place);  // an improper pose is named first
@@ -61,7 +67,7 @@ BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid, c
   if (cache != nullptr && isMesh(object)) {
     const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(object));
     if (!triangles.isCloud()) {
-      reading.mesh = cache->read(object.collisionGeometry(), triangles, is_rigid);
+      reading.mesh = cache->read(object.collisionGeometry(), triangles, is_same);
       if (reading.mesh == nullptr) refuseMesh(triangles.problem());
       reading.model = object.collisionGeometry().get();
     }
@@ -202,6 +208,7 @@ void Obstacles<S>::addCopy(const Obstacles& other, Object* object, SegmentId id,
                            tree::Categories categories, bool is_solid, bool is_rigid) {
   reserve({object}, {0});
   add(object, id, categories, is_solid, is_rigid);
+  const std::lock_guard<std::mutex> lock(other.on_demand_);
   const BesideEntry* original = other.beside(id);
   if (original != nullptr && original->end.mesh != nullptr && isMesh(*object)) {
     cache_.keep(object->collisionGeometry(), original->end.mesh);
@@ -216,10 +223,27 @@ void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
   if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) {
     refuse(entry.is_mesh ? kIsNoMeshNow : kIsMeshNow, entry.id);
   }
+  if (entry.readsOnDemand(options_)) {
+    const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*entry.object));
+    if (!triangles.is_finished) refuse(triangles.problem(), entry.id);
+    entry.end.object = readObject(*entry.object, options_.bounds);
+    if (const char* problem = segmentOf(entry.end.object, frame, entry.end.box)) {
+      refuse(problem, entry.id);
+    }
+    const auto& model = entry.object->collisionGeometry();
+    // The cache forgets what nobody holds.
+    if (entry.end.mesh == nullptr || entry.end.model != model.get()) {
+      entry.end.mesh = cache_.find(model);
+      entry.end.model = model.get();
+    }
+    entry.forgetTrees();
+    entry.is_read = entry.awaits_triangles = true;
+    return;
+  }
   // Meshes that nobody holds are refitted in place. A step holds them.
   if (!options_.motion) entry.end.mesh.reset();
   BesideReading now = readBeside(*entry.object, entry.is_solid, frame, options_.bounds,
-                                 entry.is_mesh ? &cache_ : nullptr, entry.id, entry.is_rigid);
+                                 entry.is_mesh ? &cache_ : nullptr, entry.id, isSameFor(entry));
   if (options_.motion) {
     // Other triangles have no way from those before. They rest where they are now.
     const bool is_same =
@@ -240,16 +264,33 @@ void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
 }
 
 template <typename S>
+auto Obstacles<S>::withTriangles(const BesideEntry& entry, const Frame& frame) const
+    -> const BesideEntry& {
+  const std::lock_guard<std::mutex> lock(on_demand_);
+  if (!entry.awaits_triangles) return entry;
+  BesideEntry& own = *beside_.get(entry.id);
+  own.end.mesh.reset();  // meshes that nobody holds are refitted in place
+  BesideReading now = readBeside(*own.object, /*is_solid=*/false, frame, options_.bounds, &cache_,
+                                 own.id, isSameFor(own));
+  // It counts where the update has read it, and other threads look at its box meanwhile.
+  now.object.pose = own.end.object.pose;
+  own.end.object = now.object;
+  own.end.mesh = std::move(now.mesh);
+  own.end.model = now.model;
+  own.awaits_triangles = false;
+  return own;
+}
+
+template <typename S>
 void Obstacles<S>::readShape(std::size_t place, const Frame& frame) {
   ShapeEntry& entry = shapes_[place];
+  const bool was_read = std::exchange(entry.is_read, options_.motion);
+  if (!options_.motion) return;  // the first query that needs it reads it
   const ReadObject now = readObject(*entry.object, options_.bounds);
   entry.shape = obstacleOf(now, frame, entry.shape.vertices);
-  if (options_.motion) {
-    entry.end = obstacleOf(now, Frame{}, entry.shape.vertices);
-    if (!has_step_ || !entry.is_read) entry.start = entry.end;
-    entry.has_moved = has_step_;
-  }
-  entry.is_read = true;
+  entry.end = obstacleOf(now, Frame{}, entry.shape.vertices);
+  if (!has_step_ || !was_read) entry.start = entry.end;
+  entry.has_moved = has_step_;
 }
 
 template <typename S>
@@ -262,7 +303,7 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
     shapes_.compact();
     // Objects of one mesh let go of it before the first of them reads it again.
     for (BesideEntry& entry : beside_) {
-      if (!options_.motion) entry.end.mesh.reset();
+      if (!options_.motion && !entry.readsOnDemand(options_)) entry.end.mesh.reset();
     }
   }
   // New entries are the last, and some of them may have been removed again.
@@ -271,9 +312,11 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
     while (first > 0 && !entries[first - 1].is_read) --first;
     return first;
   };
-  for (std::size_t place = firstOf(shapes_); place < shapes_.size(); ++place) {
+  const std::size_t first_shape = all || options_.motion ? firstOf(shapes_) : shapes_.size();
+  for (std::size_t place = first_shape; place < shapes_.size(); ++place) {
     if (shapes_[place].object != nullptr) readShape(place, frame);
   }
+  cache_.beginUpdate();
   std::size_t place = firstOf(beside_);
   if (place == beside_.size() && (!all || boxes_.end() == 0)) {
     if (all) cache_.forgetUnused();
@@ -281,13 +324,10 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
     return;
   }
   has_boxes_ = false;
-  {
-    const MeshCache::ReadingAll reading(cache_);
-    const auto objectAt = [&](std::size_t i) { return beside_[i].object; };
-    for (; place < beside_.size(); ++place) {
-      prefetchObject<S>(objectAt, place, beside_.size());
-      if (beside_[place].object != nullptr) readBesideAt(place, frame);
-    }
+  const auto objectAt = [&](std::size_t i) { return beside_[i].object; };
+  for (; place < beside_.size(); ++place) {
+    prefetchObject<S>(objectAt, place, beside_.size());
+    if (beside_[place].object != nullptr) readBesideAt(place, frame);
   }
   if (all) cache_.forgetUnused();
   const BoxSource source(beside_, &BesideEntry::end);
@@ -319,6 +359,7 @@ void Obstacles<S>::readSome(const std::vector<SegmentId>& ids, const Frame& fram
   // After a call that has thrown all are read next.
   if (!has_boxes_ || beside_.size() + shapes_.size() == 0) return;
   std::vector<SegmentId> places;
+  cache_.beginUpdate();
   for (const SegmentId id : ids) {
     const std::size_t place = beside_.find(id), shape = shapes_.find(id);
     if (place < beside_.size() && beside_[place].is_read) {
@@ -340,18 +381,30 @@ void Obstacles<S>::readSome(const std::vector<SegmentId>& ids, const Frame& fram
 
 template <typename S>
 bool Obstacles<S>::isCurrent(const Frame& frame) const {
+  const std::lock_guard<std::mutex> lock(on_demand_);
   for (const BesideEntry& entry : beside_) {
     if (entry.object == nullptr || !entry.is_read) continue;
     if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) return false;
     const std::shared_ptr<const Mesh>& mesh = entry.end.mesh;
-    const ReadObject now =
-        readObject(*entry.object, options_.bounds, mesh == nullptr ? nullptr : &mesh->bounds());
+    const LocalBounds* const bounds = mesh == nullptr ? nullptr : &mesh->bounds();
+    const bool is_on_demand = entry.readsOnDemand(options_);
+    ReadObject now = readObject(*entry.object, options_.bounds, is_on_demand ? nullptr : bounds);
     Segment box;
     if (segmentOf(now, frame, box) != nullptr || !(box == entry.end.box)) return false;
-    if (!entry.is_mesh) continue;
+    if (!entry.is_mesh) {
+      // Boxes without end are the same for many poses.
+      if (!(obstacleOf(now, frame) == obstacleOf(entry.end.object, frame))) return false;
+      continue;
+    }
     const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*entry.object));
-    if (!triangles.is_finished || triangles.isCloud() != (mesh == nullptr)) return false;
+    if (!triangles.is_finished) return false;
+    if (entry.awaits_triangles) {
+      if (!(now.pose == entry.end.object.pose)) return false;
+      continue;
+    }
+    if (triangles.isCloud() != (mesh == nullptr)) return false;
     if (mesh == nullptr) continue;
+    if (is_on_demand) now = readObject(*entry.object, options_.bounds, bounds);
     const ReadObject& before = entry.end.object;
     if (!isSame(*mesh, triangles) || now.isAllOfShape() != before.isAllOfShape() ||
         now.added.margin != before.added.margin || !(now.pose == before.pose)) {
@@ -368,6 +421,7 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
 
 template <typename S>
 std::size_t Obstacles<S>::memoryUsage() const {
+  const std::lock_guard<std::mutex> lock(on_demand_);
   std::size_t steps = 0;
   for (const BesideEntry& entry : beside_) {
     steps += entry.trees != nullptr ? entry.trees->memoryUsage() : 0;
@@ -384,7 +438,7 @@ std::size_t Obstacles<S>::memoryUsage() const {
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                               \
   template BesideReading readBeside(const fcl::CollisionObject<S>&, bool, const Frame&, Bounds, \
-                                    MeshCache*, SegmentId, bool);                               \
+                                    MeshCache*, SegmentId, MeshCache::IsSame);                  \
   template class Obstacles<S>;
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)

@@ -147,7 +147,8 @@ class MovingMeshOnDemand {
 template <typename S>
 BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid,
                          const geometry::Frame& frame, Bounds bounds, MeshCache* cache,
-                         SegmentId place = 0, bool is_rigid = false);
+                         SegmentId place = 0,
+                         MeshCache::IsSame is_same = MeshCache::IsSame::kIfEqual);
 
 /// The objects of a manager that are beside its tree, and the shapes that are in the tree as boxes.
 template <typename S>
@@ -164,17 +165,25 @@ class Obstacles {
     bool is_rigid = false;  ///< whether its triangles stay the same in the model
     bool is_read = false;
     bool has_moved = false;  ///< whether it was read since the step began
+    /// Whether only the box of the end is up to date. See Obstacles::withTriangles().
+    bool awaits_triangles = false;
     /// At both ends of the step, with the same triangles. Without a step the end counts.
     BesideReading start = {}, end = {};
     geometry::Frame frame = {};  ///< of both boxes
     /// Copies of the entry share it. Null for another shape than a mesh.
     std::shared_ptr<MovingMeshOnDemand> trees = nullptr;
 
+    /// @pre no triangles are awaited
     index::PlacedMesh placed() const { return end.placed(categories, is_solid); }
     /// @pre hasMovingTriangles(); the entry lives as long as the result
     std::shared_ptr<const index::PosedMesh> moving(const geometry::Frame& its_frame,
                                                    parallel::Executor* executor) const {
       return trees->get(start.placed(categories, is_solid), placed(), its_frame, executor);
+    }
+    /// Whether an update leaves the triangles to the first query that needs them. A step needs
+    /// them at both of its ends, and an update refuses a solid that is none.
+    bool readsOnDemand(const FiberManagerOptions& options) const {
+      return is_mesh && !is_solid && !options.motion;
     }
     /// Gives up the trees, because the start or the end will change.
     void forgetTrees() {
@@ -188,7 +197,7 @@ class Obstacles {
   /// A shape that takes time to read, or one that moves.
   struct ShapeEntry {
     Object* object = nullptr;
-    bool is_read = false;
+    bool is_read = false;           ///< if shapes rest, since the last update
     bool has_moved = false;         ///< as in BesideEntry
     geometry::Obstacle shape = {};  ///< in the frame of the indexes
     /// In the world's frame at the start and at the end of a step, if shapes move.
@@ -235,8 +244,27 @@ class Obstacles {
   bool isBeside(SegmentId id) const { return beside(id) != nullptr; }
   /// Null if the object is in the tree.
   const BesideEntry* beside(SegmentId id) const { return beside_.get(id); }
-  /// Null if the shape has to be read, or if only the box of the object counts.
+  /// The same entry once its triangles are up to date. The first query after an update that needs
+  /// them compares them with those of the model, because most updates precede none that does.
+  /// Several threads may ask. Throws RefusedObject with the id.
+  /// @param entry  of beside()
+  /// @param frame  of the indexes
+  const BesideEntry& withTriangles(const BesideEntry& entry, const geometry::Frame& frame) const;
+
+  /// If shapes move: how one does. Null if only the box of the object counts.
   const ShapeEntry* shape(SegmentId id) const { return shapes_.get(id); }
+  /// If they rest: the shape of an object in the tree as read(known) returned it for the first
+  /// query after an update that needs it. `known` is the shape before that if there was one.
+  /// Several threads may ask.
+  template <class Read>
+  geometry::Obstacle shapeOnDemand(SegmentId id, Read&& read) const {
+    const std::lock_guard<std::mutex> lock(on_demand_);
+    ShapeEntry* const entry = shapes_.get(id);
+    if (entry == nullptr) return read(geometry::Obstacle());
+    if (!entry->is_read) entry->shape = read(entry->shape);
+    entry->is_read = true;
+    return entry->shape;
+  }
 
   /// The boxes of those beside the tree, by their places.
   const Generations& boxes() const { return boxes_; }
@@ -251,8 +279,10 @@ class Obstacles {
 
   const FiberManagerOptions options_;
   bool has_step_ = false;  ///< otherwise all rest
-  ById<BesideEntry> beside_;
-  ById<ShapeEntry> shapes_;
+  // Queries complete the entries.
+  mutable std::mutex on_demand_;
+  mutable ById<BesideEntry> beside_;
+  mutable ById<ShapeEntry> shapes_;
   Generations boxes_;  ///< of those beside the tree, by their places
   /// Whether boxes_ has all that is read. It is not after a call that has thrown.
   bool has_boxes_ = true;

@@ -2,6 +2,7 @@
 #include "broadphase/scene.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "broadphase/object_reader.h"
@@ -43,7 +44,8 @@ bool isMovedOnly(const Obstacle& p, const Obstacle& q) {
 
 template <typename S>
 Scene<S>::Scene(const char* call, const State& state, const State& asked, bool moves)
-    : state_(state),
+    : call_(call),
+      state_(state),
       asked_(asked),
       source_(state.source(call)),
       change_(state.frame(), asked.frame()),
@@ -87,26 +89,51 @@ template <typename S>
 Partner<S> Scene<S>::partnerOf(const BesideEntry& entry) const {
   Partner<S> partner;
   partner.id = entry.id;
-  partner.segment = {hasSteps() ? entry.start.box : entry.end.box, entry.end.box};
-  if (!is_own_) {
-    partner.segment = {inThisFrame(partner.segment.start), inThisFrame(partner.segment.end)};
-  }
+  const auto here = [&](const Segment& box) { return is_own_ ? box : inThisFrame(box); };
+  partner.segment.end = here(entry.end.box);
+  partner.segment.start = hasSteps() ? here(entry.start.box) : partner.segment.end;
   partner.error = endPointError(partner.segment);
-  if (entry.is_mesh) partner.shape.emplace();
-  if (counts(entry)) {
-    if (moves_ && !hasSteps()) {
-      BesideEntry resting = entry;
-      resting.start = entry.end;
+  if (!entry.is_mesh) return partner;
+  partner.shape.emplace();
+  const std::shared_ptr<const BesideEntry> borrowed(std::shared_ptr<void>(), &entry);
+  if (!counts_shapes_) return partner;
+  if (hasSteps()) {
+    if (withTriangles(entry).hasMovingTriangles()) partner.mesh = borrowed;
+  } else if (moves_) {
+    BesideEntry resting = withTriangles(entry);
+    resting.start = resting.end;
+    if (resting.end.hasTriangles()) {
       partner.mesh = std::make_shared<const BesideEntry>(std::move(resting));
-    } else {
-      partner.mesh = {std::shared_ptr<void>(), &entry};
     }
-  }
-  // A contact of this pair is asked for by the means of the manager that is asked.
-  if (!is_own_ && counts_shapes_ && entry.end.mesh != nullptr) {
-    asked_.obstacles().cache().keep(entry.object->collisionGeometry(), entry.end.mesh);
+  } else if (entry.readsOnDemand(state_.options()) || entry.end.hasTriangles()) {
+    partner.mesh = borrowed;
   }
   return partner;
+}
+
+template <typename S>
+auto Scene<S>::withTriangles(const BesideEntry& mesh) const -> const BesideEntry& {
+  if (mesh.object == nullptr) return mesh;  // it was read for this query
+  const BesideEntry& read = *named(
+      call_, [&](SegmentId id) { return source_.nameOf(id); },
+      [&] { return &state_.obstacles().withTriangles(mesh, state_.frame()); });
+  // A contact of this pair is asked for by the means of the manager that is asked.
+  if (!is_own_ && read.end.mesh != nullptr) {
+    asked_.obstacles().cache().keep(read.object->collisionGeometry(), read.end.mesh);
+  }
+  return read;
+}
+
+template <typename S>
+const index::PosedMesh* Scene<S>::posed(const Partner<S>& mesh) const {
+  if (!mesh.triangles) {
+    const BesideEntry& read = withTriangles(*mesh.mesh);
+    mesh.triangles.emplace();
+    if (read.end.hasTriangles()) {
+      *mesh.triangles = std::make_shared<const index::PosedMesh>(read.placed(), frame());
+    }
+  }
+  return mesh.triangles->get();
 }
 
 template <typename S>
@@ -126,9 +153,10 @@ Partner<S> Scene<S>::readNow(const Object& object, SegmentId id) const {
       entry.is_rigid = state_.registry().fibers().isRigid(id);
       if (party.is_obstacle) entry.categories = party.categories;
     }
-    entry.end = readBeside(object, entry.is_solid, frame(), bounds,
-                           counts_shapes_ ? &asked_.obstacles().cache() : nullptr, /*place=*/0,
-                           entry.is_rigid);
+    entry.end =
+        readBeside(object, entry.is_solid, frame(), bounds,
+                   counts_shapes_ ? &asked_.obstacles().cache() : nullptr, /*place=*/0,
+                   entry.is_rigid ? MeshCache::IsSame::kAlways : MeshCache::IsSame::kIfEqual);
     now = entry.end.box;
     MovingShape& shape = partner.shape.emplace();
     if (counts_shapes_ && entry.end.hasTriangles()) {
@@ -168,22 +196,29 @@ void Scene<S>::readShape(const Partner<S>& partner, MovingShape& shape) const {
     if (options.bounds != Bounds::kObjects) {
       shape.end = obstacleOf(readObject(object, options.bounds), frame());
     }
-  } else if (const auto* entry = state_.obstacles().shape(partner.id)) {
+  } else if (options.motion) {
+    const auto* entry = state_.obstacles().shape(partner.id);
+    // What has become another kind of shape counts by its box.
+    if (entry == nullptr) return;
     shape.end = inFrame(change_, entry->shape);
     if (hasSteps()) {
       shape.way = frame().scale * (entry->end.point - entry->start.point);
       shape.way_error = frame().scale * (entry->start.error + entry->end.error);
       shape.is_moved_only = isMovedOnly(entry->start, entry->end);
     }
-  } else if (!hasSteps()) {
-    // Where it was at the start is not known, nor where it was if it has moved since it was read.
-    const ReadObject read = readObject(object, options.bounds);
-    Segment now;
-    if (segmentOf(read, state_.frame(), now, /*marks_boxes=*/true) != nullptr) return;
-    // What has no mark, because it became this shape by assignment, cannot be told from another.
-    if (now == state_.generations().segment(partner.id) && now.radius != -1) {
-      shape.end = inFrame(change_, obstacleOf(read, state_.frame()));
-    }
+  } else if (const auto* entry = state_.obstacles().beside(partner.id)) {
+    shape.end = inFrame(change_, obstacleOf(entry->end.object, state_.frame()));
+  } else {
+    const auto readNow = [&](const Obstacle& before) {
+      const ReadObject read = readObject(object, options.bounds);
+      Segment now;
+      const bool is_proper = segmentOf(read, state_.frame(), now, /*marks_boxes=*/true) == nullptr;
+      // If it has moved since the update, it is not known where its shape was.
+      return is_proper && now == state_.generations().segment(partner.id)
+                 ? obstacleOf(read, state_.frame(), before.vertices)
+                 : Obstacle();
+    };
+    shape.end = inFrame(change_, state_.obstacles().shapeOnDemand(partner.id, readNow));
   }
 }
 
@@ -194,13 +229,13 @@ bool Scene<S>::mayTouch(const Partner<S>& p, const Partner<S>& q, const Scene& o
   if (!counts_shapes_ || !(reach < 0x1p500)) return true;
   if (p.mesh != nullptr || q.mesh != nullptr) {
     if (p.mesh != nullptr && q.mesh != nullptr) return true;
-    const BesideEntry& mesh = *(p.mesh != nullptr ? p : q).mesh;
-    const Partner<S>& other = p.mesh != nullptr ? q : p;
+    const auto& [mesh, other] = p.mesh != nullptr ? std::tie(p, q) : std::tie(q, p);
     if (!moves_) {
-      return index::touches({mesh.placed(), frame()}, other.segment.end, reach, other.error);
+      const index::PosedMesh* posed = (p.mesh != nullptr ? *this : others).posed(mesh);
+      return posed == nullptr || touches(*posed, other.segment.end, reach, other.error);
     }
     index::MeshImpact impact;
-    return findImpact(*asked_.movingMesh(mesh), other.segment, reach, other.error, impact);
+    return findImpact(*asked_.movingMesh(*mesh.mesh), other.segment, reach, other.error, impact);
   }
   const Segment &i = p.segment.end, &j = q.segment.end;
   if (!i.isBox() && !j.isBox()) return true;

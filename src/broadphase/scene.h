@@ -27,8 +27,10 @@ struct Partner {
   /// there.
   geometry::MovingSegment segment;
   double error = 0;                          ///< of the end points
-  std::shared_ptr<const BesideEntry> mesh;   ///< if its triangles count
+  std::shared_ptr<const BesideEntry> mesh;   ///< if its triangles count; they may be awaited
   mutable std::optional<MovingShape> shape;  ///< within the box, once a scene has read it
+  /// The triangles in the frame, once a scene has asked for them; null if it has none.
+  mutable std::optional<std::shared_ptr<const index::PosedMesh>> triangles;
 };
 
 /// One side of a query: the objects of a manager, as the manager that is asked sees them. That may
@@ -68,6 +70,10 @@ class Scene {
   /// An object that a program asks about: during a step a managed one is where it was read.
   Partner<S> ofProgram(const Object& object) const;
 
+  /// A mesh of the manager, or one that was read for this query, with its triangles. Throws
+  /// std::invalid_argument if they are refused.
+  const BesideEntry& withTriangles(const BesideEntry& mesh) const;
+
   /// What is within the box of an object of the manager. It is read when it is first asked for.
   const MovingShape& shapeOf(const Partner<S>& partner) const {
     if (!partner.shape) readShape(partner, partner.shape.emplace());
@@ -87,11 +93,11 @@ class Scene {
     return change_.around(segment, geometry::FrameChange::Grows::kBoxes);
   }
   void readShape(const Partner<S>& partner, MovingShape& shape) const;
+  /// The triangles of a mesh at rest; null if it has none after all.
+  const index::PosedMesh* posed(const Partner<S>& mesh) const;
   bool hasSteps() const { return moves_ && state_.options().motion; }
-  bool counts(const BesideEntry& entry) const {
-    return counts_shapes_ && (hasSteps() ? entry.hasMovingTriangles() : entry.end.hasTriangles());
-  }
 
+  const char* const call_;
   const State &state_, &asked_;
   const ObjectSource<S> source_;
   const geometry::FrameChange change_;

@@ -10,6 +10,8 @@
 #include <memory>
 #include <new>
 #include <stdexcept>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -95,24 +97,98 @@ TYPED_TEST(MeshReadings, AreForgottenWithTheModel) {
   EXPECT_GT(contactDistance(*manager, *capsule, mesh), 1);
 }
 
-// What is within a mesh would touch it, but only in a scene of few objects, or without capsules.
-TYPED_TEST(MeshReadings, CountByTrianglesBesideFewBoxesAndMany) {
+// A capsule within a hollow mesh would touch it, or what touches the mesh would be lost, in a scene
+// of few objects or of many.
+TYPED_TEST(MeshReadings, AreHollowBesideFewObjectsAndMany) {
   using S = typename TypeParam::Scalar;
   for (const int others : {0, 10, 70}) {
-    for (const bool with_capsule : {false, true}) {
+    for (const bool with_capsules : {false, true}) {
       Scene<S> scene;
       auto* mesh = scene.add(ballOf<S>(5), placeAt<S>(0));
       const auto box = std::make_shared<fcl::Box<S>>(S(0.1), S(0.1), S(0.1));
-      scene.add(box, placeAt<S>(0.5));
-      auto* touching = scene.add(box, placeAt<S>(5));
-      if (with_capsule) scene.addCapsule(placeAt<S>(-0.5), 0.1, 0.2);
+      std::vector<fcl::CollisionObject<S>*> touching = {scene.add(box, placeAt<S>(5))};
+      auto* within = scene.add(box, placeAt<S>(0.5));
+      if (with_capsules) {
+        scene.addCapsule(placeAt<S>(-0.5), 0.1, 0.2);
+        touching.push_back(scene.addCapsule(placeAt<S>(-5), 0.1, 0.2));
+      }
       for (int i = 0; i < others; ++i) scene.add(box, placeAt<S>(20 + i));
       const Managed<TypeParam> manager(scene, capsulesReported());
-      const auto pairs = selfPairs<S>(*manager);
-      ASSERT_EQ(pairs.size(), 1u) << others;
-      EXPECT_TRUE(pairs.front().first == mesh || pairs.front().second == mesh);
-      EXPECT_TRUE(pairs.front().first == touching || pairs.front().second == touching);
+      auto pairs = selfPairs<S>(*manager);
+      for (auto* object : touching) {
+        const auto found = std::find_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
+          return std::minmax(pair.first, pair.second) == std::minmax(mesh, object);
+        });
+        ASSERT_TRUE(found != pairs.end()) << others;
+        pairs.erase(found);
+      }
+      // A box counts by the box of the mesh, or by those of its triangles.
+      for (const auto& pair : pairs) {
+        EXPECT_EQ(std::minmax(pair.first, pair.second), std::minmax(mesh, within)) << others;
+      }
+      EXPECT_LE(pairs.size(), 1u);
     }
+  }
+}
+
+// A mesh would count as it was before the update, as it is now, or where it has gone since.
+TYPED_TEST(MeshReadings, AreOfTheFirstQueryAfterAnUpdate) {
+  using S = typename TypeParam::Scalar;
+  for (const bool asks_another : {false, true}) {
+    Scene<S> scene;
+    const auto model = ballOf<S>(1);
+    auto* mesh = scene.add(model, placeAt<S>(0));
+    Scene<S> fibers;
+    (asks_another ? fibers : scene).addCapsule(placeAt<S>(2), 0.1, 0.2);
+    const Managed<TypeParam> manager(scene, capsulesReported()), other(fibers, capsulesReported());
+    const auto count = [&] {
+      return asks_another ? pairsWith<S>(*other, *manager).size() : selfPairs<S>(*manager).size();
+    };
+    const auto scale = [&](double factor) {
+      movePoints<S>(*model,
+                    [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return factor * p; });
+      mesh->computeAABB();
+    };
+    EXPECT_EQ(count(), 0u);
+    scale(2);
+    manager->update();
+    EXPECT_EQ(count(), 1u);
+    scale(0.5);
+    EXPECT_EQ(count(), 1u);
+    EXPECT_TRUE(manager->movedSinceUpdate());
+    manager->update();
+    EXPECT_FALSE(manager->movedSinceUpdate());
+    EXPECT_EQ(count(), 0u);
+    scale(2);
+    manager->update();
+    mesh->setTransform(placeAt<S>(100));
+    EXPECT_TRUE(manager->movedSinceUpdate());
+    EXPECT_EQ(count(), 1u);
+  }
+}
+
+// Of several threads that ask first after an update, two would read a mesh at once.
+TYPED_TEST(MeshReadings, OfOneUpdateAreMadeOnceForAllThreads) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene, fibers;
+  const auto model = ballOf<S>(1);
+  for (int i = 0; i < 6; ++i) {
+    scene.add(model, placeAt<S>(3 * i));
+    scene.addCapsule(placeAt<S>(3 * i + 1), 0.1, 0.2);
+    fibers.addCapsule(placeAt<S>(3 * i + 1.2), 0.1, 0.2);
+  }
+  const Managed<TypeParam> manager(scene, capsulesReported()), other(fibers, capsulesReported());
+  const auto ask = [&] {
+    return selfPairs<S>(*manager).size() + pairsWith<S>(*other, *manager).size();
+  };
+  for (const double factor : {1.2, 0.5, 2.0}) {
+    movePoints<S>(*model, [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return factor * p; });
+    manager->update();
+    std::vector<std::size_t> found(4);
+    std::vector<std::thread> threads;
+    for (auto& count : found) threads.emplace_back([&] { count = ask(); });
+    for (std::thread& thread : threads) thread.join();
+    for (const std::size_t count : found) EXPECT_EQ(count, ask()) << factor;
   }
 }
 

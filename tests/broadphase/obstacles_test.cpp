@@ -427,11 +427,12 @@ TEST(ObstaclesBadInput, BrokenMeshesAreRefused) {
   const double kept = arraysOf(*model).points[0][0];
   arraysOf(*model).points[0][0] = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(manager->movedSinceUpdate());
-  expectRefusal([&] { manager->update(); },
-                "object 2 in order of registration: point 0 of its mesh");
-  expectRefusal([&] { selfPairs<double>(*manager); }, "the last update failed");
-  arraysOf(*model).points[0][0] = kept;
   manager->update();
+  for (int i = 0; i < 2; ++i) {
+    expectRefusal([&] { selfPairs<double>(*manager); },
+                  "object 2 in order of registration: point 0 of its mesh");
+  }
+  arraysOf(*model).points[0][0] = kept;
   EXPECT_EQ(selfPairs<double>(*manager), pairs);
 }
 

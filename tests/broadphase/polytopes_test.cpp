@@ -242,6 +242,27 @@ TYPED_TEST(Polytopes, CountAsTheyWereReadUntilTheUpdate) {
   }
 }
 
+// A query would look for a polytope where it has gone since the update, and miss what it touched.
+TYPED_TEST(Polytopes, CountWhereTheUpdateReadThem) {
+  using S = TypeParam;
+  Random random(1135);
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  Room<S> room(random, 40);
+  LayeredAABBTreeCollisionManager<S> manager(options);
+  manager.registerObjects(room.all());
+  const auto before = asSet<S>(selfPairs<S>(manager));
+  manager.update();
+  for (std::size_t i = 0; i < room.objects.size(); ++i) {
+    if (room.vertices[i] == nullptr) continue;
+    const fcl::Vector3<S> at = room.objects[i]->getTranslation();
+    room.objects[i]->setTranslation(at + fcl::Vector3<S>(100, 0, 0));
+  }
+  EXPECT_TRUE(manager.movedSinceUpdate());
+  const auto after = asSet<S>(selfPairs<S>(manager));
+  EXPECT_TRUE(std::includes(after.begin(), after.end(), before.begin(), before.end()));
+}
+
 // A capsule would pass through a polytope between two updates, or be handed over far from it.
 TYPED_TEST(Polytopes, MeetTheCapsulesThatTouchThemWithinAStep) {
   using S = TypeParam;
