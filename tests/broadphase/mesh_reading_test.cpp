@@ -220,6 +220,38 @@ TYPED_TEST(MeshReadings, OfRigidMeshesAreMadeOnceForEachModel) {
   }
 }
 
+// A model that was refused would be taken for the one before once it is repaired.
+TYPED_TEST(MeshReadings, OfARigidMeshAreMadeAnewAfterARefusal) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto model = ballOf<S>(1);
+  auto* mesh = scene.add(model, placeAt<S>(0));
+  auto* rigid = scene.add(model, placeAt<S>(10));
+  std::vector<fcl::CollisionObject<S>*> capsules;
+  for (const double x : {0, 10}) {
+    // In the corner of the mesh's box.
+    const Eigen::Vector3d corner(x + 0.9, 0.9, 0.9);
+    capsules.push_back(
+        scene.addCapsule(makePose<S>(Eigen::Quaterniond::Identity(), corner), 0.05, 0.1));
+  }
+  const Managed<TypeParam> manager(capsules, capsulesReported());
+  ObstacleOptions options;
+  options.rigid = true;
+  manager->registerObstacle(rigid, options);
+  manager->registerObject(mesh);
+  EXPECT_TRUE(selfPairs<S>(*manager).empty());
+  auto points = arraysOf(*model).points;
+  const S kept = points[0][0];
+  points[0][0] = std::numeric_limits<S>::quiet_NaN();
+  manager->update();
+  expectRefusal([&] { selfPairs<S>(*manager); }, "point 0 of its mesh is NaN");
+  points[0][0] = kept;
+  movePoints<S>(*model, [](const Eigen::Vector3d& p) -> Eigen::Vector3d { return 1.6 * p; });
+  for (auto* object : {mesh, rigid}) object->computeAABB();
+  manager->update();
+  EXPECT_EQ(selfPairs<S>(*manager).size(), 2u);
+}
+
 // All objects of one model would keep its first points, or all but the first of them would.
 TYPED_TEST(MeshReadings, OfOneModelAreReadAgainForAllObjects) {
   using S = typename TypeParam::Scalar;
