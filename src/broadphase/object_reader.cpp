@@ -32,12 +32,6 @@ bool allFinite(const Vec3d& v) {
   return 0 * v.x + 0 * v.y + 0 * v.z == 0;
 }
 
-template <typename S>
-FCL_FIBERS_ALWAYS_INLINE AffineMap poseOf(const fcl::CollisionObject<S>& object) {
-  const auto& pose = ObjectMembers<S>::pose(object).matrix();
-  return {{toVec3(pose.col(0)), toVec3(pose.col(1)), toVec3(pose.col(2))}, toVec3(pose.col(3))};
-}
-
 /// Most rotations are close to orthonormal, and their right hand tells so in fewer steps. The sum
 /// bounds what isRotation() asks for; see kUsualRotation.
 FCL_FIBERS_ALWAYS_INLINE bool isUsualRotation(const AffineMap& pose) {
@@ -83,10 +77,7 @@ Corners inFrame(Corners box, const Frame& frame) {
 /// The box of a posed shape, larger by a length in the world's unit.
 FCL_FIBERS_ALWAYS_INLINE Corners posedCorners(const ShapeBox& shape, const Vec3d& position,
                                               double larger, const Frame& frame) {
-  // How far the shape may be outside of its box, by rounding. The smallest normal number covers the
-  // loss if subnormals are flushed to zero.
-  const double outward = 16 * std::numeric_limits<double>::epsilon() * shape.reach +
-                         4 * std::numeric_limits<double>::min() + larger;
+  const double outward = shape.rounding() + larger;
   const Vec3d by{outward, outward, outward};
   const Vec3d at = frame.fromWorld(position);
   return finiteCorners(at + frame.scale * (shape.posed.low - by),
@@ -162,8 +153,23 @@ void readMargin(const fcl::CollisionObject<S>& object, ReadObject& out) {
       4 * double{Eigen::NumTraits<S>::dummy_precision()} * finiteNorm(out.box.posed.half());
 }
 
-/// See `marks_boxes`.
-FCL_FIBERS_ALWAYS_INLINE void mark(const AffineMap& pose, const Vec3d& size, Segment& box) {
+/// What is part of the mark of a box beside the pose. Other shapes than these have boxes of their
+/// own for each size.
+Vec3d markedSizeOf(const ReadObject& object) {
+  return isRound(object.kind) || object.kind == ObjectKind::kBar ? object.size : Vec3d{0, 0, 0};
+}
+
+FCL_FIBERS_ALWAYS_INLINE Segment capsuleOf(const AffineMap& pose, double radius, double length,
+                                           const Frame& frame) {
+  const Vec3d center = frame.fromWorld(pose.shift);
+  // Halving the length instead of the scale could lose the last bit of a subnormal length.
+  const Vec3d half = (frame.scale / 2 * length) * pose.column[2];
+  return {center - half, center + half, frame.scale * radius};
+}
+
+}  // namespace
+
+double markOf(const AffineMap& pose, const Vec3d& size) {
   // Odd numbers, at random.
   constexpr std::uint64_t kFactors[] = {0x9e3779b97f4a7c15, 0xbf58476d1ce4e5b9, 0x94d049bb133111eb,
                                         0xd6e8feb86659fd93, 0xa0761d6478bd642f, 0xe7037ed1a0b428db,
@@ -184,20 +190,10 @@ FCL_FIBERS_ALWAYS_INLINE void mark(const AffineMap& pose, const Vec3d& size, Seg
   }
   sum = (sum ^ sum >> 29) * kFactors[0];
   const std::uint64_t bits = std::uint64_t{0x3ff} << 52 | sum >> 12;
-  double number;  // from 1 to 2
+  double number;
   std::memcpy(&number, &bits, sizeof(number));
-  box.radius *= number;
+  return number;
 }
-
-FCL_FIBERS_ALWAYS_INLINE Segment capsuleOf(const AffineMap& pose, double radius, double length,
-                                           const Frame& frame) {
-  const Vec3d center = frame.fromWorld(pose.shift);
-  // Halving the length instead of the scale could lose the last bit of a subnormal length.
-  const Vec3d half = (frame.scale / 2 * length) * pose.column[2];
-  return {center - half, center + half, frame.scale * radius};
-}
-
-}  // namespace
 
 void refuse(std::string_view reason, SegmentId place) {
   throw RefusedObject{std::string(reason), place};
@@ -282,7 +278,7 @@ const char* segmentOf(const ReadObject& object, const Frame& frame, Segment& seg
     }
     segment = Segment::box(corners.low, corners.high);
   }
-  if (marks_boxes) mark(object.pose, object.size, segment);
+  if (marks_boxes) segment.radius *= markOf(object.pose, markedSizeOf(object));
   return nullptr;
 }
 
@@ -300,17 +296,21 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
       segment = capsuleOf(pose, radius, length, frame);
       if (isFinite(segment)) return nullptr;
     }
-  } else if (kind == ObjectKind::kBar) {
+  } else if (kind != ObjectKind::kNothing) {
     const AffineMap pose = poseOf(object);
-    Vec3d size;
+    Vec3d size{0, 0, 0};
     ShapeBox box;
-    if (isUsualRotation(pose) && readBar(object, pose, size, box) == nullptr &&
-        allFinite(pose.shift) &&
-        (bounds == Bounds::kShapes || isStockSize(BoxSize(ObjectMembers<S>::box(object)), box,
-                                                  ObjectMembers<S>::pose(object)))) {
+    const auto readBoxesOfShape = [&] {
+      return kind == ObjectKind::kBar ? readBar(object, pose, size, box)
+                                      : readBoxes(object, bounds, pose, box);
+    };
+    if (isUsualRotation(pose) && allFinite(pose.shift) && readBoxesOfShape() == nullptr &&
+        (bounds == Bounds::kShapes ||
+         (isBounded(box) && isStockSize(BoxSize(ObjectMembers<S>::box(object)), box,
+                                        ObjectMembers<S>::pose(object))))) {
       const Corners corners = posedCorners(box, pose.shift, /*larger=*/0, frame);
       segment = Segment::box(corners.low, corners.high);
-      if (marks_boxes) mark(pose, size, segment);
+      if (marks_boxes) segment.radius *= markOf(pose, size);
       return nullptr;
     }
   }

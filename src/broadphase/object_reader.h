@@ -106,6 +106,16 @@ FCL_FIBERS_ALWAYS_INLINE bool readSize(const fcl::CollisionObject<S>& object, Ob
   return isRound(kind);
 }
 
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE geometry::AffineMap poseOf(const fcl::CollisionObject<S>& object) {
+  const auto& pose = ObjectMembers<S>::pose(object).matrix();
+  return {{toVec3(pose.col(0)), toVec3(pose.col(1)), toVec3(pose.col(2))}, toVec3(pose.col(3))};
+}
+
+/// A number from 1 to 2 that tells poses and sizes apart. Others have other numbers, except for one
+/// in 2^52.
+double markOf(const geometry::AffineMap& pose, const geometry::Vec3d& size);
+
 /// Whether an object may be a segment of a fiber that is registered as one.
 inline bool mayBeInFiber(ObjectKind kind) {
   return kind == ObjectKind::kCapsule || kind == ObjectKind::kBar;

@@ -3,19 +3,31 @@
 
 #include <limits>
 
-#include "geometry/posed_capsules.h"
+#include "geometry/posed_shapes.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
 
 using geometry::Frame;
-using geometry::PosedCapsules;
+using geometry::PosedShapes;
 using geometry::Segment;
+using geometry::Vec3d;
 
-/// Puts a capsule or sphere at place i.
+/// Puts an object at place i if it is a capsule, sphere or box. Returns whether it is.
+/// @param is_marked  as segmentOf() marks boxes
 template <typename S>
-FCL_FIBERS_ALWAYS_INLINE void put(const fcl::CollisionObject<S>& object, double radius,
-                                  double length, int i, PosedCapsules& out) {
+FCL_FIBERS_ALWAYS_INLINE bool put(const fcl::CollisionObject<S>& object, ObjectKind kind,
+                                  bool is_marked, int i, PosedShapes& out) {
+  const bool is_box = kind == ObjectKind::kBar && isBox(object);
+  if (is_box) {
+    const Vec3d sides = sidesOf(object);
+    out.size[0][i] = sides.x;
+    out.size[1][i] = sides.y;
+    out.size[2][i] = sides.z;
+    out.radius[i] = is_marked ? -markOf(poseOf(object), sides) : -1;
+  } else if (!readSize(object, kind, out.radius[i], out.size[2][i])) {
+    return false;
+  }
   const auto& pose = ObjectMembers<S>::pose(object).matrix();
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
   for (int axis = 0; axis < 3; ++axis) {
@@ -26,21 +38,27 @@ FCL_FIBERS_ALWAYS_INLINE void put(const fcl::CollisionObject<S>& object, double 
     out.low[axis][i] = static_cast<double>(box.min_[axis]);
     out.high[axis][i] = static_cast<double>(box.max_[axis]);
   }
-  out.radius[i] = radius;
-  out.length[i] = length;
+  return true;
+}
+
+template <typename S>
+geometry::ScalarLimits scalarLimits() {
+  using Limits = std::numeric_limits<S>;
+  return {double{Limits::epsilon()}, 4 * double{Limits::denorm_min()}, double{Limits::max()} / 4,
+          double{Eigen::NumTraits<S>::dummy_precision()}};
 }
 
 }  // namespace
 
-/// Reads most capsules and spheres together, and others by readSegment(), which gives the same
-/// segments.
+/// Reads most capsules, spheres and boxes together, and others by readSegment(), which gives the
+/// same segments.
 template <typename S>
 bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, const Frame& frame,
                            index::SegmentBlock& out, index::BlockMask& present) const {
   const auto objectAt = [&](std::size_t i) { return objects_[static_cast<std::size_t>(ids[i])]; };
   const auto known = static_cast<std::size_t>(count + ahead);
-  PosedCapsules capsules;
-  index::BlockMask together = 0;
+  PosedShapes shapes;
+  index::BlockMask together = 0, boxes = 0;
   const bool may_be_beside = mayBeBeside(ids, count);
   present = 0;
   for (int i = 0; i < count; ++i) {
@@ -50,23 +68,23 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
     if (may_be_beside && isBeside(ids[i])) continue;
     if (object != nullptr) present |= bit;
     if (object == nullptr || bounds_ == Bounds::kObjects) continue;
-    double radius, length;
     const ObjectKind kind = kindOf(*object);
-    if (!readSize(*object, kind, radius, length)) {
-      if (isRefused(kind)) return false;
-      continue;
-    }
-    if (count == 1) continue;
-    put(*object, radius, length, i, capsules);
+    if (isRefused(kind)) return false;
+    if (count == 1 || !put(*object, kind, counts_shapes_, i, shapes)) continue;
     together |= bit;
+    if (!isRound(kind)) boxes |= bit;
   }
   if (together != 0) {
+    // Capsules among boxes have all numbers of a box.
+    for (index::BlockMask rest = boxes != 0 ? together & ~boxes : 0; rest != 0; rest &= rest - 1) {
+      const int i = __builtin_ctzll(rest);
+      shapes.size[0][i] = shapes.size[1][i] = 0;
+    }
     const index::BlockMask read = geometry::firstOfBlock((count + 7) / 8 * 8);
     for (index::BlockMask rest = read & ~together; rest != 0; rest &= rest - 1) {
-      capsules.clear(__builtin_ctzll(rest));
+      shapes.clear(__builtin_ctzll(rest));
     }
-    together &= segmentsOf(capsules, count, frame, kUsualRotation,
-                           double{std::numeric_limits<S>::epsilon()},
+    together &= segmentsOf(shapes, boxes, count, frame, kUsualRotation, scalarLimits<S>(),
                            bounds_ == Bounds::kShapesAndMargins, out);
   }
   for (index::BlockMask rest = present & ~together; rest != 0; rest &= rest - 1) {

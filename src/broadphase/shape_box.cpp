@@ -222,9 +222,23 @@ const char* readShape(const fcl::CollisionObject<S>& object, Bounds bounds, cons
   return nullptr;
 }
 
-template const char* readShape(const fcl::CollisionObject<float>&, Bounds, const LocalBounds*,
-                               ReadObject&);
-template const char* readShape(const fcl::CollisionObject<double>&, Bounds, const LocalBounds*,
-                               ReadObject&);
+template <typename S>
+const char* readBoxes(const fcl::CollisionObject<S>& object, Bounds bounds, const AffineMap& pose,
+                      ShapeBox& box) {
+  ReadObject read;
+  read.pose = pose;
+  const char* problem = readShape(object, bounds, nullptr, read);
+  box = read.box;
+  return problem;
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                            \
+  template const char* readShape(const fcl::CollisionObject<S>&, Bounds, const LocalBounds*, \
+                                 ReadObject&);                                               \
+  template const char* readBoxes(const fcl::CollisionObject<S>&, Bounds, const AffineMap&,   \
+                                 ShapeBox&);
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
 
 }  // namespace fcl_fibers::broadphase

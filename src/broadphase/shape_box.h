@@ -64,6 +64,13 @@ struct ShapeBox {
   double reach;         ///< the largest coordinate that a box was computed from
   bool is_least;        ///< whether `posed` is the least; if not, only `aabb_local` is known
 
+  /// How far the shape may be outside of `posed`, by rounding. The smallest normal number covers
+  /// the loss if subnormals are flushed to zero.
+  double rounding() const {
+    return 16 * std::numeric_limits<double>::epsilon() * reach +
+           4 * std::numeric_limits<double>::min();
+  }
+
   /// The boxes of a shape that is symmetric about its position, given by half their sizes.
   FCL_FIBERS_ALWAYS_INLINE static ShapeBox symmetric(const geometry::Vec3d& local_half,
                                                      const geometry::Vec3d& posed_half) {
@@ -186,6 +193,16 @@ constexpr const char* kBadSides =
 
 inline bool areSizes(const geometry::Vec3d& v) { return isSize(v.x) && isSize(v.y) && isSize(v.z); }
 
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE bool isBox(const fcl::CollisionObject<S>& object) {
+  return ObjectMembers<S>::shape(object)->getNodeType() == fcl::GEOM_BOX;
+}
+/// @pre isBox(object)
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE geometry::Vec3d sidesOf(const fcl::CollisionObject<S>& object) {
+  return toVec3(static_cast<const fcl::Box<S>&>(*ObjectMembers<S>::shape(object)).side);
+}
+
 /// Reads a box or a cylinder.
 /// @param size  as in ReadObject
 /// @return nullptr, or why it is refused and the remedy
@@ -193,17 +210,22 @@ template <typename S>
 FCL_FIBERS_ALWAYS_INLINE const char* readBar(const fcl::CollisionObject<S>& object,
                                              const geometry::AffineMap& pose, geometry::Vec3d& size,
                                              ShapeBox& box) {
-  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
-  if (shape.getNodeType() == fcl::GEOM_BOX) {
-    size = toVec3(static_cast<const fcl::Box<S>&>(shape).side);
+  if (isBox(object)) {
+    size = sidesOf(object);
     box = boxOfSides(pose, size);
     return areSizes(size) ? nullptr : kBadSides;
   }
-  const auto& cylinder = static_cast<const fcl::Cylinder<S>&>(shape);
+  const auto& cylinder = static_cast<const fcl::Cylinder<S>&>(*ObjectMembers<S>::shape(object));
   size = {static_cast<double>(cylinder.radius), static_cast<double>(cylinder.lz), 0};
   box = boxOfCylinder(pose, size.x, size.y);
   return sizeProblem(size.x, size.y);
 }
+
+/// Reads the boxes of a shape that is neither that nor a capsule or sphere.
+/// @return nullptr, or why it is refused and the remedy
+template <typename S>
+const char* readBoxes(const fcl::CollisionObject<S>& object, Bounds bounds,
+                      const geometry::AffineMap& pose, ShapeBox& box);
 
 struct ReadObject;
 

@@ -28,8 +28,8 @@ using geometry::Frame;
 using geometry::Segment;
 using geometry::SegmentBlock;
 
-/// Capsules and spheres, sometimes a box, with boxes of FCL's, tight ones, widened ones and broken
-/// ones. Some have no length or hardly any, no radius, or are far out.
+/// Capsules, spheres, boxes and other bounded shapes, with boxes of FCL's, tight ones, widened ones
+/// and broken ones. Some have no length or hardly any, no radius, or are far out.
 template <typename S>
 std::unique_ptr<Object<S>> makeObject(Random& random) {
   const double size = std::pow(10.0, random.between(-6, 6));
@@ -40,7 +40,10 @@ std::unique_ptr<Object<S>> makeObject(Random& random) {
   const S lz = length() * (random.below(4) == 0 ? S(1e4) * std::numeric_limits<S>::epsilon() : 1);
   std::shared_ptr<fcl::CollisionGeometry<S>> shape = std::make_shared<fcl::Capsule<S>>(radius, lz);
   if (random.below(6) == 0) shape = std::make_shared<fcl::Sphere<S>>(radius);
-  if (random.below(12) == 0) shape = std::make_shared<fcl::Box<S>>(radius, lz, length());
+  if (random.below(3) == 0) shape = std::make_shared<fcl::Box<S>>(radius, lz, length());
+  if (random.below(8) == 0) {
+    shape = makeSample<S>(static_cast<int>(random.below(kBounded)), size, random).shape;
+  }
   fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
   if (random.below(4) != 0) pose.linear() = random.rotation().toRotationMatrix().template cast<S>();
   // About as far from a rotation as is taken, or a little farther. Few are, as one alone refuses
@@ -49,6 +52,12 @@ std::unique_ptr<Object<S>> makeObject(Random& random) {
     const double drift = random.below(64) == 0 ? 1.1e-3 : random.between(0, 0.999e-3);
     const Eigen::Quaterniond turn = random.rotation();
     pose.linear() = shearedRotation<S>(turn, drift, random);
+  }
+  // A quarter or half turn about one axis, which some entries of the rotation do not show.
+  if (random.below(8) == 0) {
+    const auto axis = fcl::Vector3<S>::Unit(static_cast<int>(random.below(3)));
+    const S angle = static_cast<S>(1 + random.below(2)) * S(1.5707963267948966);
+    pose.linear() = fcl::AngleAxis<S>(angle, axis).toRotationMatrix();
   }
   const double offset = random.below(3) == 0 ? 1e4 * size : size;
   pose.translation() = (offset * random.inCube(1)).template cast<S>();
@@ -72,7 +81,7 @@ std::unique_ptr<Object<S>> makeObject(Random& random) {
     case 3:
       object->aabb.min_[static_cast<int>(random.below(3))] = std::numeric_limits<S>::quiet_NaN();
       break;
-    case 4:  // as FCL makes it if the pose is turned, or widened if it is not
+    case 4:  // as FCL makes it if the pose is turned, or widened or too small if it is not
       object->aabb = fcl::AABB<S>(pose.translation());
       object->aabb.expand(fcl::Vector3<S>::Constant(shape->aabb_radius));
       break;
@@ -99,6 +108,7 @@ void spoil(Object<S>& object, Random& random) {
   if (auto* capsule = dynamic_cast<fcl::Capsule<S>*>(&object.shape())) {
     (column < 2 ? capsule->radius : capsule->lz) = bad;
   }
+  if (auto* box = dynamic_cast<fcl::Box<S>*>(&object.shape())) box->side[row] = bad;
 }
 
 template <typename S>
@@ -126,7 +136,9 @@ TYPED_TEST(ObjectSources, ObjectsReadTogetherAreAsEachAlone) {
     std::iota(ids.begin(), ids.end(), 0);
     const Frame frame = round % 2 == 0 ? Frame{} : Frame{{0.3, -7, 100}, 0x1p12};
     for (const Bounds bounds : {Bounds::kShapes, Bounds::kShapesAndMargins, Bounds::kObjects}) {
-      const ObjectSource<S> source("test", objects, bounds);
+      // Marks tell poses and sizes of boxes apart.
+      const bool marks = random.below(2) == 0;
+      const ObjectSource<S> source("test", objects, bounds, /*beside=*/nullptr, marks);
       SegmentBlock block;
       std::memset(&block, 0xFF, sizeof(block));  // NaN
       BlockMask present = 0;
@@ -141,13 +153,18 @@ TYPED_TEST(ObjectSources, ObjectsReadTogetherAreAsEachAlone) {
           continue;
         }
         Segment alone;
-        if (broadphase::readSegment(*objects[i], frame, bounds, alone) != nullptr) {
+        const auto read = broadphase::readObject(*objects[i], bounds);
+        Segment at_length;
+        const char* problem = broadphase::segmentOf(read, frame, at_length, marks);
+        EXPECT_EQ(broadphase::readSegment(*objects[i], frame, bounds, alone, marks), problem);
+        if (problem != nullptr) {
           all_readable = false;
           continue;
         }
+        EXPECT_TRUE(alone == at_length) << "round " << round << ", object " << i;
         Segment bare;
-        broadphase::readSegment(*objects[i], frame, Bounds::kShapes, bare);
-        with_margin += alone.radius > bare.radius;
+        broadphase::readSegment(*objects[i], frame, Bounds::kShapes, bare, marks);
+        with_margin += alone.radius > bare.radius || (alone.isBox() && !(alone == bare));
         boxes += alone.isBox();
         if (is_read) {
           EXPECT_EQ(present >> i & 1u, 1u);
