@@ -119,13 +119,16 @@ class Generations {
   /// @param fibers  those of young segments
   /// @return false if the frame cannot hold a young segment; all have to be built then
   bool buildYoung(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers) {
-    end_ = youngBegin();
+    forgetYoung();
     // The index starts at the first segment, which saves room for empty ids before it.
     const SegmentId begin = fibers.ids.empty() ? end : fibers.ids.front();
     if (!young_.tryBuild(source, frame(), begin, end, fibers)) return false;
     end_ = end;
     return true;
   }
+
+  /// Gives up the young index, because it has to be built anew.
+  void forgetYoung() { end_ = youngBegin(); }
 
   /// See SegmentIndex. Whether all should be built again depends on the main index alone, unless
   /// its frame cannot hold a young segment. The young index does not count, because it is small and

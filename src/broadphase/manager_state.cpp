@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 
 #include "broadphase/new_objects.h"
 #include "broadphase/pair_rules.h"
@@ -36,6 +37,35 @@ SegmentId rootsOf(const char* call, const std::vector<fcl::CollisionObject<S>*>&
   const auto by_number = static_cast<std::size_t>(obstacles.root_segments);
   return static_cast<SegmentId>(std::min(fiber.size(), std::max(by_length, by_number)));
 }
+
+namespace {
+
+/// Young segments as an update has read them.
+class ReadSource final : public index::SegmentSource {
+ public:
+  ReadSource(const std::vector<Segment>& segments, SegmentId begin)
+      : segments_(segments), begin_(begin) {}
+
+  bool read(const SegmentId* ids, int count, int /*ahead*/, const Frame& /*frame*/,
+            index::SegmentBlock& out, index::BlockMask& present) const override {
+    for (int i = 0; i < count; ++i) {
+      out.set(i, segments_[static_cast<std::size_t>(ids[i] - begin_)]);
+    }
+    present = geometry::firstOfBlock(count);
+    return true;
+  }
+  bool staysFiniteIn(const Frame& /*frame*/) const override { return true; }
+  bool isFasterInOrder() const override { return true; }
+  [[noreturn]] void refuse(SegmentId /*id*/, const Frame& /*frame*/) const override {
+    throw std::logic_error("fcl_fibers: every segment has been read");
+  }
+
+ private:
+  const std::vector<Segment>& segments_;
+  const SegmentId begin_;
+};
+
+}  // namespace
 
 template <typename S>
 ManagerState<S>::ManagerState(bool wrapped_spheres, const FiberManagerOptions& options)
@@ -136,13 +166,29 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   }
   last_registered_ = may_continue ? fresh.last : std::nullopt;
   if (!hasTree()) return;
-  const auto young_ids = static_cast<std::size_t>(registry_.idCount() - generations_.youngBegin());
-  if (young_ids - removed_young_ > Generations::mostYoung(registry_.size()) ||
-      young_ids > registry_.size() / 8) {
+  if (state_ == State::kReady && hasTooManyYoung()) {
     markStale();
-  } else if (state_ == State::kReady) {
+  } else if (state_ != State::kUnread) {
     state_ = State::kGrown;
   }
+}
+
+/// Whether all are to be built into one index, if the young one would be searched.
+template <typename S>
+bool ManagerState<S>::hasTooManyYoung() const {
+  const auto young = static_cast<std::size_t>(registry_.idCount() - generations_.youngBegin());
+  return young - removed_young_ > Generations::mostYoung(registry_.size()) ||
+         young > registry_.size() / 8;
+}
+
+/// Whether so few objects were registered since the last update that more may follow one by one.
+template <typename S>
+bool ManagerState<S>::hasFewUnread() const {
+  constexpr std::size_t kFew = 16;
+  const auto end = std::max(generations_.end(),
+                            generations_.youngBegin() + static_cast<SegmentId>(young_.size()));
+  return static_cast<std::size_t>(registry_.idCount() - end) <=
+         std::max(kFew, Generations::mostYoung(registry_.size()));
 }
 
 template <typename S>
@@ -184,6 +230,7 @@ void ManagerState<S>::clear(const char* call) {
   if (last_ids_) last_ids_->now.assign(last_ids_->now.size(), Registry::kNotFound);
   registry_.clear();
   generations_.clear();
+  young_.clear();
   obstacles_.clear();
   last_registered_.reset();
   state_ = State::kStale;
@@ -208,9 +255,13 @@ void ManagerState<S>::setStep(const char* call, bool begins) {
 template <typename S>
 void ManagerState<S>::readAll(const char* call, bool keeps_tree) {
   refuseDuringQuery(call);
-  const State before = keeps_tree ? State::kUnread : State::kStale;
+  // Objects that come one by one, with an update after each, are read each time. A build waits
+  // until a query has needed the young index: then the next update builds all into one.
+  const bool joins_young = state_ == State::kReady ? hasTooManyYoung() : !hasFewUnread();
+  const State before = keeps_tree && !joins_young ? State::kUnread : State::kStale;
   state_ = State::kFailed;
-  catchUp(call, before);
+  // Steps and the list need all indexes.
+  catchUp(call, before, /*builds_young=*/options_.motion || live_);
 }
 
 template <typename S>
@@ -242,6 +293,7 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     return nameOf(static_cast<std::size_t>(place));
   };
   if (ids.empty()) return;
+  if (state_ == State::kRead) catchUp(call, State::kRead);
   // One sweep over all nodes costs less than the way up from each of many segments.
   const bool are_many = 4 * ids.size() > registry_.size();
   if (!hasTree() || state_ == State::kUnread || are_many) return readAll(call, hasTree());
@@ -375,26 +427,59 @@ void ManagerState<S>::makeReady(const char* call) const {
 }
 
 /// Reads what is not up to date in this state, and makes all ready.
+/// @param builds_young  otherwise what is young is only read
 template <typename S>
-void ManagerState<S>::catchUp(const char* call, State state) const {
+void ManagerState<S>::catchUp(const char* call, State state, bool builds_young) const {
   if (state_ == State::kUnread) state_ = State::kStale;  // in case an object is refused
   const Source source = this->source(call);
-  bool keeps_trees = state == State::kReady || state == State::kGrown ||
-                     (state == State::kUnread && generations_.refit(source));
-  if (keeps_trees && registry_.idCount() > generations_.end()) {
-    keeps_trees = generations_.buildYoung(source, registry_.idCount(),
-                                          segmentsFrom(generations_.youngBegin()));
+  const bool has_new = registry_.idCount() > generations_.end();
+  if (has_new && !builds_young) generations_.forgetYoung();
+  bool keeps_trees = hasTree(state) && !(state == State::kGrown && hasTooManyYoung()) &&
+                     (state != State::kUnread || generations_.refit(source));
+  if (keeps_trees && has_new && !builds_young) {
+    keeps_trees = readYoung(source);
+  } else if (keeps_trees && has_new) {
+    const SegmentId begin = generations_.youngBegin(), end = registry_.idCount();
+    const tree::Fibers fibers = segmentsFrom(begin);
+    keeps_trees = state == State::kRead
+                      ? generations_.buildYoung(ReadSource(young_, begin), end, fibers)
+                      : generations_.buildYoung(source, end, fibers);
   }
   if (!keeps_trees) {
     if (state_ == State::kGrown) state_ = State::kStale;
     const tree::Fibers fibers = segmentsFrom(0);
     generations_.build(source, frameFor(source, fibers.ids), registry_.idCount(), fibers);
     removed_ = removed_young_ = 0;
+    young_.clear();
   }
   named(
       call, [&](SegmentId id) { return source.nameOf(id); },
       [&] { obstacles_.read(frame(), !keeps_trees || state == State::kUnread); });
-  state_.store(State::kReady, std::memory_order_release);
+  const bool waits = !builds_young && (has_new || !keeps_trees);
+  state_.store(waits ? State::kRead : State::kReady, std::memory_order_release);
+}
+
+/// Reads the young segments. Returns false if an object is refused, or the frame cannot hold a
+/// segment.
+template <typename S>
+bool ManagerState<S>::readYoung(const Source& source) const {
+  const SegmentId begin = generations_.youngBegin(), end = registry_.idCount();
+  young_.resize(static_cast<std::size_t>(end - begin));
+  constexpr SegmentId kBlock = index::SegmentBlock::kCapacity;
+  for (SegmentId first = begin; first < end; first += kBlock) {
+    SegmentId ids[kBlock];
+    std::iota(ids, ids + kBlock, first);
+    const int count = std::min(kBlock, end - first);
+    index::SegmentBlock block;
+    index::BlockMask present = 0;
+    if (!source.read(ids, count, 0, frame(), block, present)) return false;
+    for (; present != 0; present &= present - 1) {
+      const int i = __builtin_ctzll(present);
+      if (!isInFloatRange(block[i])) return false;
+      young_[static_cast<std::size_t>(first - begin + i)] = block[i];
+    }
+  }
+  return true;
 }
 
 /// All objects from an id on except those beside the tree.
@@ -438,6 +523,7 @@ bool ManagerState<S>::movedSinceUpdate() const {
   const std::lock_guard<std::mutex> lock(build_mutex_);
   if (state_ == State::kFailed) return true;
   if (!hasTree() || state_ == State::kUnread) return false;  // the next query reads all
+  if (state_ == State::kRead) catchUp("movedSinceUpdate", State::kRead);
   return !generations_.isFitted(source("movedSinceUpdate")) ||
          !obstacles_.isCurrent(generations_.frame());
 }
@@ -446,8 +532,8 @@ template <typename S>
 std::size_t ManagerState<S>::memoryUsage() const {
   const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
   return sizeof(*this) + registry_.memoryUsage() + generations_.memoryUsage() +
-         obstacles_.memoryUsage() + (live_ ? live_->memoryUsage() : 0) +
-         ended_.capacity() * sizeof(Object*) +
+         obstacles_.memoryUsage() + young_.capacity() * sizeof(Segment) +
+         (live_ ? live_->memoryUsage() : 0) + ended_.capacity() * sizeof(Object*) +
          (last_ids_ ? last_ids_->objects.size() * (sizeof(Object*) + sizeof(SegmentId)) : 0);
 }
 

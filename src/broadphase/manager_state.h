@@ -133,7 +133,8 @@ class ManagerState {
     kStale,   ///< objects were registered or unregistered; the next query reads all and builds
     kGrown,   ///< a few objects were registered; the next query builds the young index
     kUnread,  ///< the indexes are the original's; the next query reads all and refits
-    kReady,   ///< the indexes may be searched
+    kRead,    ///< all is read; the next query builds the young index of what is in young_
+    kReady,   ///< the indexes may be searched, and perhaps have been
     kFailed,  ///< the last update failed; the indexes may be inconsistent
   };
 
@@ -156,16 +157,18 @@ class ManagerState {
   void refuseDuringQuery(const char* call) const {
     if (running_queries_ > 0) fibers::throwQueryRuns(call);
   }
-  bool hasTree() const {
-    return state_ == State::kReady || state_ == State::kGrown || state_ == State::kUnread;
-  }
+  static bool hasTree(State state) { return state != State::kStale && state != State::kFailed; }
+  bool hasTree() const { return hasTree(state_); }
   void markStale() {
     if (hasTree()) state_ = State::kStale;
   }
+  bool hasTooManyYoung() const;
+  bool hasFewUnread() const;
+  bool readYoung(const Source& source) const;
   tree::Fibers segmentsFrom(SegmentId begin) const;
   void requireMesh(const Objects& objects, std::size_t i, bool is_solid);
   void makeReady(const char* call) const;
-  void catchUp(const char* call, State state) const;
+  void catchUp(const char* call, State state, bool builds_young = true) const;
 
   const FiberManagerOptions options_;
   Registry registry_;
@@ -179,6 +182,8 @@ class ManagerState {
   mutable std::atomic<State> state_{State::kStale};
   mutable std::atomic<int> running_queries_{0};
   mutable Generations generations_;
+  /// The segments from youngBegin() on, as an update has read them before their index is built.
+  mutable std::vector<geometry::Segment> young_;
   mutable Obstacles<S> obstacles_;
 
   std::optional<live::LiveList> live_;

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -86,6 +88,67 @@ std::vector<FiberManagerOptions> someOptions() {
 }
 
 MANAGER_SUITE(Generations, FiberManagers);
+
+// Objects that come one by one, with an update after each, would be missed, or be found where they
+// are instead of where the update read them.
+TYPED_TEST(Generations, ObjectsThatComeWithAnUpdateEachAreFoundWhereItReadThem) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(9, 16, 321), other_scene = strandScene<S>(4, 6, 322);
+  addShapes(scene, 7, 0.2, 323);
+  std::size_t options_seen = 0;
+  for (const FiberManagerOptions& options : someOptions()) {
+    // Few objects are read at first, and so many that there is more than one block of them.
+    const std::size_t count = std::array<std::size_t, 4>{2, 5, 20, 100}[options_seen++ % 4];
+    SCOPED_TRACE(describe(options) + ", " + std::to_string(count));
+    Managed<TypeParam> once(options), each(options), other(other_scene, options);
+    Random random(324);
+    const auto comes = [&](std::size_t i) {
+      each.registerObject(scene[scene.size() - 1 - i]);
+      once.registerObject(scene[scene.size() - 1 - i]);
+      each->update();
+    };
+    const auto expectSame = [&](const char* what) {
+      SCOPED_TRACE(what);
+      once->update();
+      jolt(scene.objects(), random, 0.02, 0.1);
+      EXPECT_EQ(each->movedSinceUpdate(), once->movedSinceUpdate());
+      expectSamePairs(once, each, each.every(11), other);
+    };
+    for (std::size_t i = 0; i < count; ++i) comes(i);
+    expectSame("each came with an update");
+    each->update();
+    expectSame("all moved");
+    each->update();
+    for (std::size_t i = count; i < count + 5; ++i) comes(i);
+    fcl::CollisionObject<S>* const one = scene[scene.size() - 1 - count];
+    jolt(std::vector{one}, random, 0.05, 0.3);
+    each->update(one);
+    expectSame("more came, of which one was updated");
+    each->update();
+    for (std::size_t i = count + 5; i < count + 10; ++i) comes(i);
+    jolt(std::vector{scene[scene.size() - 1 - (count + 5)]}, random, 0.05, 0.3);
+    EXPECT_TRUE(each->movedSinceUpdate());
+    each->update();
+    EXPECT_FALSE(each->movedSinceUpdate());
+    comes(count + 10);
+    for (Managed<TypeParam>* managed : {&each, &once}) {
+      managed->unregisterObject(scene[scene.size() - 1 - (count + 7)]);
+    }
+    expectSame("one of those that came has gone");
+    each->update();
+    comes(count + 11);
+    std::vector<std::unique_ptr<fcl::CollisionObject<S>>> owned;
+    std::vector<fcl::CollisionObject<S>*> copies;
+    for (const auto* object : each.objects()) {
+      owned.push_back(std::make_unique<fcl::CollisionObject<S>>(*object));
+      copies.push_back(owned.back().get());
+    }
+    EXPECT_TRUE(each.clone(copies).answersSelf(0));
+    expectSame("one came before a clone");
+    each->clear();
+    EXPECT_TRUE(selfPairs(*each).empty());
+  }
+}
 
 // Whether a pair is reported would depend on when its objects were registered.
 TYPED_TEST(Generations, ObjectsHaveTheSamePairsWheneverTheyAreRegistered) {
