@@ -16,7 +16,11 @@ namespace fcl_fibers::geometry::HWY_NAMESPACE {
 struct Bounds {
   Points low, high;
 
-  explicit Bounds(const Points& p) : low(p), high(p) {}
+  Bounds() {
+    const auto infinity = hn::Inf(Doubles());
+    low = {infinity, infinity, infinity};
+    high = {hn::Neg(infinity), hn::Neg(infinity), hn::Neg(infinity)};
+  }
   FCL_FIBERS_ALWAYS_INLINE void add(const Points& p) {
     low = {hn::Min(low.x, p.x), hn::Min(low.y, p.y), hn::Min(low.z, p.z)};
     high = {hn::Max(high.x, p.x), hn::Max(high.y, p.y), hn::Max(high.z, p.z)};
@@ -52,23 +56,22 @@ PointBoxes findBoxes(const T* points, std::size_t count, const AffineMap& map) {
   const auto posed = [&](const Points& p) HWY_ATTR {
     return Points{row(p, &Vec3d::x), row(p, &Vec3d::y), row(p, &Vec3d::z)};
   };
-  // What is not finite leaves no image that is. The image of finite numbers may overflow, too.
+  // What is not finite leaves no image that is, and no sum. Those of finite numbers may overflow.
   const auto zero = hn::Zero(d);
-  auto check = zero;
-  const Points first = Points::load(points);
-  Bounds local(first), turned(posed(first));
+  auto sum = zero;
+  Bounds local, turned;
   for (std::size_t i = 0; i < count; i += kLanes) {
     const Points p = Points::load(points + 3 * (i + kLanes <= count ? i : count - kLanes));
     const Points q = posed(p);
     local.add(p);
     turned.add(q);
-    check = hn::Add(check, hn::Mul(q.x, zero));
+    sum = hn::Add(sum, q.x);
   }
   local.write(boxes.low, boxes.high);
   turned.write(boxes.posed_low, boxes.posed_high);
   const auto isFinite = [](T x) { return std::isfinite(x); };
-  boxes.is_proper =
-      hn::AllTrue(d, hn::Eq(check, zero)) || std::all_of(points, points + 3 * count, isFinite);
+  boxes.is_proper = hn::AllTrue(d, hn::Eq(hn::Mul(sum, zero), zero)) ||
+                    std::all_of(points, points + 3 * count, isFinite);
   return boxes;
 }
 
