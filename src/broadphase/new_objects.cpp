@@ -83,29 +83,31 @@ std::optional<Segment> NewObjects<S>::capsuleAt(std::size_t place) const {
 template <typename S>
 void NewObjects<S>::readRange(std::size_t begin, std::size_t end, bool is_fiber,
                               const Segment* before, std::vector<std::size_t>& others_here) {
-  std::optional<Segment> previous;
-  if (before != nullptr) previous = *before;
+  // The last two, in turn, because to copy one waits for its numbers to be written.
+  Segment read[2];
+  const Segment* previous = before;
   for (std::size_t i = begin; i < end; ++i) {
     prefetchObject<S>([&](std::size_t k) { return objects_[k]; }, i, end);
-    Segment segment = readNew(call_, objects_, i, bounds_);
+    Segment& segment = read[i % 2];
+    readNew(call_, objects_, i, bounds_, segment);
     const ObjectKind kind = kindOf(*objects_[i]);
     // If its box counts instead, there are no end points to compare, and nobody has checked the
     // length.
     if (bounds_ == Bounds::kObjects && mayBeInFiber(kind)) {
-      segment = readNew(call_, objects_, i, Bounds::kShapes);
+      readNew(call_, objects_, i, Bounds::kShapes, segment);
     }
     if (!isRound(kind)) others_here.push_back(i);
     if (!lengths.empty()) lengths[i] = lengthInFiber(*objects_[i]);
     if (!is_fiber) {
       const bool is_capsule = kind == ObjectKind::kCapsule;
-      starts_fiber[i] = !(is_capsule && previous && shareEnd<S>(*previous, segment));
-      previous = is_capsule ? std::optional(segment) : std::nullopt;
+      starts_fiber[i] = !(is_capsule && previous != nullptr && shareEnd<S>(*previous, segment));
+      previous = is_capsule ? &segment : nullptr;
     } else if (!mayBeInFiber(kind)) {
       fibers::throwInvalidArgument(
           call_, nameOf(i) + " is not a capsule, cylinder or box; register it by registerObject()");
     }
   }
-  if (end == objects_.size() && !is_fiber) last = previous;
+  if (end == objects_.size() && !is_fiber && previous != nullptr) last = *previous;
 }
 
 template class NewObjects<float>;

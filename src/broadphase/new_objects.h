@@ -23,13 +23,23 @@ inline std::string nameOfPlace(SegmentId place) { return nameOf(static_cast<std:
 /// Reads an object of a call in the world's frame. Throws RefusedObject, or std::invalid_argument
 /// if it is null.
 template <typename S>
-FCL_FIBERS_ALWAYS_INLINE geometry::Segment readNew(
-    const char* call, const std::vector<fcl::CollisionObject<S>*>& objects, std::size_t place,
-    Bounds bounds) {
+FCL_FIBERS_ALWAYS_INLINE void readNew(const char* call,
+                                      const std::vector<fcl::CollisionObject<S>*>& objects,
+                                      std::size_t place, Bounds bounds,
+                                      geometry::Segment& segment) {
   if (objects[place] == nullptr) {
     fibers::throwInvalidArgument(call, nameOf(place) + " is null; pass a pointer to an object");
   }
-  return requireSegment(*objects[place], geometry::Frame{}, bounds, static_cast<SegmentId>(place));
+  if (const char* problem = readSegment(*objects[place], geometry::Frame{}, bounds, segment)) {
+    refuse(problem, static_cast<SegmentId>(place));
+  }
+}
+template <typename S>
+geometry::Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
+                          std::size_t place, Bounds bounds) {
+  geometry::Segment segment;
+  readNew(call, objects, place, bounds, segment);
+  return segment;
 }
 
 /// The objects of one call that registers them, as they are read before anything is changed. The
