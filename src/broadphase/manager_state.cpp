@@ -116,7 +116,7 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
       ++i;
     }
   });
-  if (const auto duplicate = registry_.copy(original.registry_, objects, generations_.executor())) {
+  if (const auto duplicate = registry_.copy(original.registry_, objects)) {
     throwInvalidArgument(call, nameOf(*duplicate) + " is passed twice; pass each object once");
   }
   if (!original.hasTree() || !has_same_segments) return;
@@ -154,8 +154,7 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   if (added.size() > kMost - registry_.objects().size()) {
     throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
   }
-  if (const auto duplicate =
-          registry_.add(added, fresh.starts_fiber, kind, fresh.lengths, generations_.executor())) {
+  if (const auto duplicate = registry_.add(added, fresh.starts_fiber, kind, fresh.lengths)) {
     throwInvalidArgument(call,
                          nameOf(*duplicate) + " is registered already; register each object once");
   }

@@ -5,13 +5,15 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
+#include <new>
 #include <optional>
 #include <vector>
 
 #include <fcl/narrowphase/collision_object.h>
 
+#include "broadphase/address_set.h"
 #include "fibers/fiber_table.h"
-#include "parallel/executor.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -48,36 +50,12 @@ class PointerIndex {
   }
 
   /// Inserts the pointers from position `begin` on, except those that are null.
-  /// @param executor  null for one thread
-  /// @return the first position of a pointer that is known already or repeated; then nothing has
-  ///         changed
-  /// @pre reserve() has made room
-  std::optional<std::int32_t> insertFrom(std::int32_t begin,
-                                         parallel::Executor* executor = nullptr) {
-    // A task takes some hundredths of a millisecond.
-    constexpr std::size_t kRange = 1024;
-    const auto end = static_cast<std::int32_t>(pointers_.size());
-    const auto count = static_cast<std::size_t>(end - begin);
-    std::int32_t first_known = end;
-    if (executor == nullptr || count <= kRange) {
-      first_known = insertRange<false>(begin, end);
-    } else {
-      std::atomic<std::int32_t> known{end};
-      parallel::forRanges(executor, count, kRange, [&](std::size_t from, std::size_t to) {
-        const std::int32_t found = insertRange<true>(begin + static_cast<std::int32_t>(from),
-                                                     begin + static_cast<std::int32_t>(to));
-        std::int32_t least = known;
-        while (found < least && !known.compare_exchange_weak(least, found)) {
-        }
-      });
-      first_known = known;
+  /// @pre reserve() has made room, and none is known already or repeated
+  void insertFrom(std::size_t begin) {
+    for (std::size_t position = begin; position < pointers_.size(); ++position) {
+      if (pointers_[position] == nullptr) continue;
+      slots_[slotOf(pointers_[position])] = static_cast<std::int32_t>(position);
     }
-    if (first_known == end) return std::nullopt;
-    // No pointer that was there before has been probed past those.
-    for (std::int32_t& slot : slots_) {
-      if (slot >= begin) slot = kNotFound;
-    }
-    return first_known;
   }
 
   /// Empties the table but keeps its memory.
@@ -100,38 +78,6 @@ class PointerIndex {
     return static_cast<std::size_t>(window + (key >> 5 & 0x7FF)) & (slots_.size() - 1);
   }
 
-  /// Inserts positions [begin, end). Of two positions of one pointer the first stays.
-  /// @tparam kAtOnce  whether other threads insert at the same time
-  /// @return the first position that is left without a slot, or the number of all
-  template <bool kAtOnce>
-  std::int32_t insertRange(std::int32_t begin, std::int32_t end) {
-    auto first_left = static_cast<std::int32_t>(pointers_.size());
-    for (std::int32_t position = begin; position < end; ++position) {
-      if (at(position) == nullptr) continue;
-      const std::int32_t left = insert<kAtOnce>(position);
-      if (left != kNotFound) first_left = std::min(first_left, left);
-    }
-    return first_left;
-  }
-
-  /// @return the position that is left without a slot, or kNotFound
-  template <bool kAtOnce>
-  std::int32_t insert(std::int32_t position) {
-    const T* const pointer = at(position);
-    for (std::size_t i = homeOf(pointer);; i = next(i)) {
-      std::int32_t& slot = slots_[i];
-      std::int32_t there = kAtOnce ? __atomic_load_n(&slot, __ATOMIC_RELAXED) : slot;
-      while (there == kNotFound || at(there) == pointer) {
-        if (there != kNotFound && there < position) return position;
-        if (!kAtOnce) slot = position;
-        if (!kAtOnce || __atomic_compare_exchange_n(&slot, &there, position, /*weak=*/false,
-                                                    __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
-          return there;
-        }
-      }
-    }
-  }
-
   /// The slot of the pointer, or the free slot where it would be inserted.
   std::size_t slotOf(const T* pointer) const {
     std::size_t slot = homeOf(pointer);
@@ -149,6 +95,10 @@ class PointerIndex {
 /// empty, so that segment numbers along its fiber do not change. Once many objects were removed,
 /// fibers without objects are dropped. Then ids move up, but fiber and segment numbers do not
 /// change.
+///
+/// Which objects are managed is known from their addresses. Their ids are put into a table when the
+/// first one is looked up, because most programs never ask. Several threads may look up at the same
+/// time.
 template <typename S>
 class ObjectRegistry {
  public:
@@ -170,7 +120,10 @@ class ObjectRegistry {
   std::size_t size() const { return size_; }
   bool hasEveryId() const { return size_ == objects_.size(); }
   SegmentId idCount() const { return static_cast<SegmentId>(objects_.size()); }
-  SegmentId find(const Object* object) const { return index_.find(object); }
+  SegmentId find(const Object* object) const {
+    if (!managed_.contains(object)) return kNotFound;
+    return isIndexed() || fillIndex() ? index_.find(object) : placeOf(object);
+  }
   const fibers::FiberTable& fibers() const { return fibers_; }
   /// Whether the object's fiber has other segments, or had.
   /// @pre the object is managed
@@ -187,19 +140,16 @@ class ObjectRegistry {
   /// fiber of the object before.
   /// @param starts_fiber  1 or 0; bytes, because several threads write them
   /// @param lengths  of the segments, if the table has arc lengths
-  /// @param executor  null for one thread
   /// @return the position in `added` of an object that is repeated or managed already; then nothing
   ///         has changed
   std::optional<std::size_t> add(const std::vector<Object*>& added,
                                  const std::vector<std::uint8_t>& starts_fiber, const Kind& kind,
-                                 const std::vector<double>& lengths = {},
-                                 parallel::Executor* executor = nullptr);
+                                 const std::vector<double>& lengths = {});
 
   /// Copies another registry, with objects[i] in place of its i-th object.
   /// @pre this registry is new, and `objects` has as many as the other one and no null
   /// @return the position of a repeated object; then this registry is unusable
-  std::optional<std::size_t> copy(const ObjectRegistry& other, const std::vector<Object*>& objects,
-                                  parallel::Executor* executor = nullptr);
+  std::optional<std::size_t> copy(const ObjectRegistry& other, const std::vector<Object*>& objects);
 
   /// Returns whether the ids of all other objects are unchanged.
   /// @pre the object is managed
@@ -224,25 +174,71 @@ class ObjectRegistry {
   }
 
   std::size_t memoryUsage() const {
-    return objects_.capacity() * sizeof(Object*) + index_.memoryUsage() + fibers_.memoryUsage();
+    return objects_.capacity() * sizeof(Object*) + managed_.memoryUsage() +
+           (isIndexed() ? index_.memoryUsage() : 0) + fibers_.memoryUsage();
   }
 
  private:
+  bool isIndexed() const { return is_indexed_.load(std::memory_order_acquire); }
+  bool fillIndex() const noexcept;
+  /// @pre the object is managed
+  SegmentId placeOf(const Object* object) const {
+    return static_cast<SegmentId>(std::find(objects_.begin(), objects_.end(), object) -
+                                  objects_.begin());
+  }
+  std::optional<std::size_t> insert(const std::vector<Object*>& added);
   void renumber();
 
   std::vector<Object*> objects_;
   fibers::FiberTable fibers_;
-  PointerIndex<Object> index_;
+  AddressSet<Object> managed_;
+  mutable PointerIndex<Object> index_;  ///< a search may fill it
+  mutable std::atomic<bool> is_indexed_{false};
+  mutable std::mutex index_mutex_;
   std::size_t size_ = 0;
   std::size_t removed_since_renumbering_ = 0;
 };
+
+/// Puts the ids of all objects into the table. Returns false if there is no memory for it, because
+/// an object can be unregistered even then.
+template <typename S>
+bool ObjectRegistry<S>::fillIndex() const noexcept {
+  const std::lock_guard<std::mutex> lock(index_mutex_);
+  if (isIndexed()) return true;
+  try {
+    index_.reserve(objects_.size());
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+  index_.insertFrom(0);
+  is_indexed_.store(true, std::memory_order_release);
+  return true;
+}
+
+/// Makes objects managed. Returns the position of one that is repeated or managed already; then
+/// none is, and neither if this throws.
+template <typename S>
+std::optional<std::size_t> ObjectRegistry<S>::insert(const std::vector<Object*>& added) {
+  std::size_t count = 0;
+  const auto takeBack = [&] {
+    for (std::size_t i = 0; i < count; ++i) managed_.erase(added[i]);
+  };
+  try {
+    while (count < added.size() && managed_.insert(added[count])) ++count;
+  } catch (...) {
+    takeBack();
+    throw;
+  }
+  if (count == added.size()) return std::nullopt;
+  takeBack();
+  return count;
+}
 
 template <typename S>
 std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& added,
                                                   const std::vector<std::uint8_t>& starts_fiber,
                                                   const Kind& kind,
-                                                  const std::vector<double>& lengths,
-                                                  parallel::Executor* executor) {
+                                                  const std::vector<double>& lengths) {
   // Calls that may throw come first.
   const std::size_t first = objects_.size(), count = first + added.size();
   if (count > objects_.capacity()) {
@@ -252,13 +248,11 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
   }
   const auto starts = std::count(starts_fiber.begin(), starts_fiber.end(), 1);
   fibers_.reserve(static_cast<std::size_t>(starts), added.size(), Kinds::of(kind));
-  index_.reserve(count);
+  if (isIndexed()) index_.reserve(count);
+  if (const auto known = insert(added)) return known;
 
   objects_.insert(objects_.end(), added.begin(), added.end());
-  if (const auto known = index_.insertFrom(static_cast<SegmentId>(first), executor)) {
-    objects_.resize(first);
-    return static_cast<std::size_t>(*known) - first;
-  }
+  if (isIndexed()) index_.insertFrom(first);
   for (std::size_t i = 0; i < added.size();) {
     if (starts_fiber[i] != 0) fibers_.startFiber(kind);
     const auto next =
@@ -274,17 +268,12 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
 
 template <typename S>
 std::optional<std::size_t> ObjectRegistry<S>::copy(const ObjectRegistry& other,
-                                                   const std::vector<Object*>& objects,
-                                                   parallel::Executor* executor) {
-  index_.reserve(other.objects_.size());
+                                                   const std::vector<Object*>& objects) {
+  if (const auto repeated = insert(objects)) return repeated;
   objects_.reserve(other.objects_.size());
   for (const Object* original : other.objects_) {
     objects_.push_back(original == nullptr ? nullptr : objects[size_]);
     if (original != nullptr) ++size_;
-  }
-  if (const auto known = index_.insertFrom(0, executor)) {
-    const auto empty = std::count(objects_.begin(), objects_.begin() + *known, nullptr);
-    return static_cast<std::size_t>(*known - empty);
   }
   removed_since_renumbering_ = other.removed_since_renumbering_;
   fibers_ = other.fibers_;
@@ -295,7 +284,8 @@ template <typename S>
 bool ObjectRegistry<S>::remove(const Object* object) {
   const bool keeps_ids = !nextRemovalRenumbers();
   if (!keeps_ids) fibers_.reserveForDrop();
-  objects_[static_cast<std::size_t>(index_.find(object))] = nullptr;
+  objects_[static_cast<std::size_t>(find(object))] = nullptr;
+  managed_.erase(object);
   --size_;
   ++removed_since_renumbering_;
   if (!keeps_ids) renumber();
@@ -306,7 +296,9 @@ template <typename S>
 void ObjectRegistry<S>::clear() {
   objects_.clear();
   fibers_.clear();
+  managed_.clear();
   index_.clear();
+  is_indexed_ = false;
   size_ = removed_since_renumbering_ = 0;
 }
 
@@ -322,6 +314,7 @@ void ObjectRegistry<S>::renumber() {
         objects_[static_cast<std::size_t>(to)] = objects_[static_cast<std::size_t>(from)];
       });
   objects_.resize(static_cast<std::size_t>(fibers_.idCount()));
+  if (!isIndexed()) return;
   index_.forgetAll();
   index_.insertFrom(0);
 }

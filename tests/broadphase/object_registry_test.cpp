@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -422,6 +423,53 @@ TEST(ObjectRegistry, RemovingOneByOneIsLinear) {
   }
   EXPECT_LE(renumberings, 20);
   EXPECT_EQ(registry.size(), 0u);
+}
+
+TEST(ObjectRegistry, LooksUpAtAnyTime) {
+  // If this fails, the first lookup of an object misses what was registered before it or later, a
+  // scene that never looks up pays for it, or two threads that look up first disturb each other.
+  const Stock stock(2000);
+  for (const std::size_t asked_after : {0u, 1u, 700u, 2000u}) {
+    Registry registry(fibers::NeighborRule{2});
+    std::size_t count = 0;
+    const auto addUpTo = [&](std::size_t end) {
+      const std::size_t call = count % 3 + 1;
+      while (count < end) {
+        const std::size_t last = std::min(end, count + call);
+        const Objects added = stock.range(count, last);
+        ASSERT_FALSE(registry.add(added, oneFiber(added.size()), {}));
+        count = last;
+      }
+    };
+    addUpTo(asked_after);
+    EXPECT_EQ(registry.find(stock[stock.size() - 1]), asked_after == stock.size()
+                                                          ? static_cast<SegmentId>(stock.size() - 1)
+                                                          : Registry::kNotFound);
+    const std::size_t before = registry.memoryUsage();
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 2; ++t) {
+      threads.emplace_back([&] {
+        for (std::size_t i = 0; i < stock.size(); ++i) {
+          EXPECT_EQ(registry.find(stock[i]),
+                    i < asked_after ? static_cast<SegmentId>(i) : Registry::kNotFound);
+        }
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    if (asked_after == 700) {
+      EXPECT_GE(registry.memoryUsage(), before + asked_after * sizeof(SegmentId));
+    }
+    addUpTo(stock.size());
+    for (std::size_t i = 0; i < stock.size(); ++i) {
+      ASSERT_EQ(registry.find(stock[i]), static_cast<SegmentId>(i));
+    }
+    // A call that is refused changes nothing.
+    registry.remove(stock[5]);
+    const Objects refused = {stock[5], stock[6]};
+    EXPECT_EQ(registry.add(refused, oneFiber(2), {}), std::optional<std::size_t>(1));
+    EXPECT_EQ(registry.find(stock[5]), Registry::kNotFound);
+    EXPECT_EQ(registry.find(stock[6]), 6);
+  }
 }
 
 }  // namespace
