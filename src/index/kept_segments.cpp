@@ -17,8 +17,9 @@ void KeptSegments::reset(SegmentId begin, SegmentId end, const tree::SegmentIds&
   begin_ = begin;
   count_ = static_cast<std::size_t>(end - begin);
   if (!share_ends_) {
-    // usualUnit() passes over what is no segment, because it has no size.
     ends_.resize(2 * count_);
+    if (ids.size() == count_) return;
+    // usualUnit() passes over what is no segment, because it has no size.
     parallel::forRanges(executor, ends_.size(), kRange, [&](std::size_t from, std::size_t to) {
       std::fill(ends_.data() + from, ends_.data() + to, geometry::CapsuleEnd{});
     });

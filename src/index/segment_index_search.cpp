@@ -52,7 +52,8 @@ KeptSegments SegmentIndex::readSegments(const SegmentSource& source) const {
   segments.reset(begin_, end_, leaves());
   for (const SegmentId id : leaves()) {
     Segment segment;
-    if (readOne(source, id, frame(), segment)) segments.set(id, segment);
+    readOne(source, id, frame(), segment);
+    segments.set(id, segment);  // every one, because reset() may leave them unwritten
   }
   return segments;
 }
