@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
 #include "index/pair_query.h"
+#include "parallel/unwritten.h"
 
 namespace fcl_fibers::index {
 
@@ -28,35 +30,38 @@ using FoundSegment = Found<geometry::Segment>;
 template <class Find>
 class RememberingFind {
  public:
-  /// @param count  of the segments that there are
+  /// @param count  of the segments that there are; 0 to remember only the last one, if find() is
+  ///               fast
   RememberingFind(std::size_t count, Find find) : find_(std::move(find)) {
-    std::size_t size = 1;
-    while (size < count && size < kMost) size *= 2;
-    entries_.resize(size);
+    while (size_ < count && size_ < kMost) size_ *= 2;
   }
 
   const FoundSegment& operator()(tree::SegmentId id) {
-    Entry& entry = entries_[static_cast<std::size_t>(id) & (entries_.size() - 1)];
-    if (entry.id != id) {
-      entry.found = find_(id);
-      entry.id = id;
+    // Many queries ask for nothing.
+    if (ids_.empty()) {
+      ids_.resize(size_, -1);
+      found_.resize(size_);
     }
-    return entry.found;
+    const std::size_t entry = static_cast<std::size_t>(id) & (size_ - 1);
+    if (ids_[entry] != id) {
+      found_[entry] = find_(id);
+      ids_[entry] = id;
+    }
+    return found_[entry];
   }
 
  private:
-  struct Entry {
-    tree::SegmentId id = -1;
-    FoundSegment found = {};
-  };
   static constexpr std::size_t kMost = 4096;
   Find find_;
-  std::vector<Entry> entries_;  ///< a power of two of them, by the last bits of the id
+  std::size_t size_ = 1;  ///< a power of two
+  // An entry for each id with the same last bits.
+  std::vector<tree::SegmentId> ids_;
+  parallel::UnwrittenVector<FoundSegment> found_;
 };
 
 /// Receives the pairs whose volumes may be nearer than the limit, and hands on those whose capsules
-/// may be nearer, too. first(a) and second(b) return a Found or a reference to one. If one of a
-/// pair is not found, the pair is handed on.
+/// may be nearer, too. first(a) and second(b) return a Found or a reference to one; they may be one
+/// RememberingFind. If one of a pair is not found, the pair is handed on.
 template <class First, class Second>
 class NearestFilter final : public tree::NearestVisitor {
  public:
@@ -79,7 +84,7 @@ class NearestFilter final : public tree::NearestVisitor {
  private:
   /// A test costs about as much as a callback that measures the distance of two capsules, and more
   /// than a callback that does little. So it pays if a third of the pairs fail.
-  static constexpr int kFirst = 4, kGain = 2, kMost = 16, kSeldom = 16;
+  static constexpr int kFirst = 2, kGain = 2, kMost = 16, kSeldom = 16;
 
   bool isWorthTesting(double limit) {
     // The limit may be infinite in this frame, if two indexes differ much in scale. Then the
@@ -91,12 +96,26 @@ class NearestFilter final : public tree::NearestVisitor {
   }
 
   bool passes(tree::SegmentId a, tree::SegmentId b, double limit) {
-    const auto& p = first_(a);
-    const auto& q = second_(b);
-    const bool may_be_nearer =
-        !p.is_found || !q.is_found || touch(p.hull, q.hull, limit + margin_, p.error + q.error);
+    const bool may_be_nearer = mayBeNearer(a, b, limit + margin_);
     credit_ = may_be_nearer ? std::max(credit_ - 1, 0) : std::min(credit_ + kGain, kMost);
     return may_be_nearer;
+  }
+
+  bool mayBeNearer(tree::SegmentId a, tree::SegmentId b, double limit) {
+    const auto& p = first_(a);
+    const auto& q = second_(b);
+    if constexpr (std::is_same_v<First, Second>) {
+      // One that remembers both may have an entry for only one of them.
+      if (&p == &q) {
+        const FoundSegment second = q;
+        return mayTouch(first_(a), second, limit);
+      }
+    }
+    return mayTouch(p, q, limit);
+  }
+  template <class P, class Q>
+  static bool mayTouch(const P& p, const Q& q, double limit) {
+    return !p.is_found || !q.is_found || touch(p.hull, q.hull, limit, p.error + q.error);
   }
 
   First& first_;

@@ -327,11 +327,14 @@ FoundSegment SegmentIndex::find(const SegmentSource* source, SegmentId id) const
 
 Visit SegmentIndex::search(NearestSink& sink) const {
   const auto find_one = [&](SegmentId id) { return find(sink.source(), id); };
-  RememberingFind first(leaves().size(), find_one);
-  RememberingFind second(leaves().size(), find_one);
-  NearestFilter filter(first, second, options_.capsules, sink);
-  return std::visit([&](const auto& tree) { return visitNearest(tree, sink.limit(), filter); },
-                    fitted().tree);
+  const auto searchBy = [&](auto& find_any) {
+    NearestFilter filter(find_any, find_any, options_.capsules, sink);
+    return std::visit([&](const auto& tree) { return visitNearest(tree, sink.limit(), filter); },
+                      fitted().tree);
+  };
+  if (keepsSegments()) return searchBy(find_one);
+  RememberingFind remembering(leaves().size(), find_one);
+  return searchBy(remembering);
 }
 
 Visit SegmentIndex::search(const MovingSegment& segment, double error, Group group,
@@ -361,8 +364,8 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
     found.error = to_this.error(found.hull);
     return found;
   };
-  RememberingFind first(leaves().size(), find_first);
-  RememberingFind second(other.leaves().size(), find_second);
+  RememberingFind first(keepsSegments() ? 0 : leaves().size(), find_first);
+  RememberingFind second(other.keepsSegments() ? 0 : other.leaves().size(), find_second);
   NearestFilter filter(first, second, options_.capsules, sink);
   return std::visit(
       [&](const auto& tree, const auto& other_tree) {
