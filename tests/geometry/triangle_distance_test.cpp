@@ -8,9 +8,11 @@
 #include <limits>
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "geometry/obstacle.h"
 #include "geometry/triangle_contact.h"
+#include "geometry/triangle_rows.h"
 #include "support/exact_geometry.h"
 #include "support/random.h"
 #include "support/scoped_target.h"
@@ -47,7 +49,9 @@ struct Cases {
     on_grid = random.below(2) == 0;
     segment = {point(), point(), 0};
     triangle = {point(), point(), point()};
-    switch (random.below(8)) {
+    const auto kind = random.below(8);
+    is_plain = !on_grid && kind == 7;
+    switch (kind) {
       case 0:
         segment.b = segment.a;
         break;
@@ -85,6 +89,7 @@ struct Cases {
 
   test::Random random;
   bool on_grid = false;
+  bool is_plain = false;  ///< in general position
   double needle_width = 1e-9;
   Segment segment;
   Triangle triangle;
@@ -110,6 +115,98 @@ TEST(TriangleDistance, ClosestPointsAreClosestAtAllScales) {
     ASSERT_LE(norm(apart - found), 1e-14 * size) << i;
     ASSERT_NEAR(norm(found), static_cast<double>(distanceOf(s, t)), 1e-14 * size) << i;
   }
+}
+
+void setRows(const Segment& s, const Triangle& t, int lane, TriangleRows& rows) {
+  const Vec3d vectors[] = {s.a - t.a, s.b - s.a, t.b - t.a, t.c - t.a};
+  TriangleRows::Vectors* const all[] = {&rows.w, &rows.u, &rows.v1, &rows.v2};
+  rows.size[lane] = 0;
+  for (int v = 0; v < 4; ++v) {
+    for (int axis = 0; axis < 3; ++axis) (*all[v])[axis][lane] = vectors[v].*kAxes[axis];
+    rows.size[lane] += norm1(vectors[v]);
+  }
+}
+
+// A certain pair would have other points than the vector between them, which moves the capsule; or
+// most pairs of a mesh would take the way of many digits, which is ten times as long.
+TEST(TriangleDistance, RowsAreCertainOfWhatTheyPromise) {
+  constexpr double kEps = std::numeric_limits<double>::epsilon();
+  constexpr int kLanes = TriangleRows::kLanes;
+  Cases cases(6);
+  int plain = 0, plain_and_certain = 0;
+  for (int i = 0; i < 60000; ++i) {
+    TriangleRows rows;
+    bool is_plain[kLanes];
+    for (int k = 0; k < kLanes; ++k) {
+      // Triangles that are hardly wider than the rounding, besides all others.
+      cases.needle_width = std::pow(10, cases.random.between(-17, -3));
+      cases.next();
+      setRows(cases.segment, cases.triangle, k, rows);
+      is_plain[k] = cases.is_plain;
+    }
+    const simd::LaneMask certain = findClosest(rows, kLanes);
+    for (int k = 0; k < kLanes; ++k) {
+      const bool is_certain = (certain >> k & 1) != 0;
+      plain += is_plain[k];
+      plain_and_certain += is_plain[k] && is_certain;
+      if (!is_certain) continue;
+      double largest = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const Real between = Real(rows.w[axis][k]) + Real(rows.s[k]) * Real(rows.u[axis][k]) -
+                             Real(rows.x[k]) * Real(rows.v1[axis][k]) -
+                             Real(rows.y[k]) * Real(rows.v2[axis][k]);
+        largest =
+            std::max(largest, std::fabs(static_cast<double>(between - Real(rows.apart[axis][k]))));
+      }
+      ASSERT_LE(largest, 10 * kEps * rows.size[k]) << i;
+    }
+  }
+  EXPECT_GT(plain, 20000);
+  EXPECT_GT(plain_and_certain, 0.8 * plain) << plain_and_certain << " of " << plain;
+}
+
+// A capsule that nearly meets an edge would be pushed along it, or into the triangle; or all of
+// what lies on a mesh would take the way of many digits.
+TEST(TriangleDistance, TheWayOutIsRightHoweverNearTheTwoAre) {
+  test::Random random(7);
+  const auto vector = [&] {
+    const Eigen::Vector3d p = random.inCube(1);
+    return Vec3d{p.x(), p.y(), p.z()};
+  };
+  int near = 0, near_and_certain = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3d edge = vector(), along = vector(), across = cross(edge, along);
+    if (norm(across) < 0.1 * norm(edge) * norm(along)) continue;
+    const Vec3d normal = (1 / norm(across)) * across;
+    const double height = std::pow(10, random.between(-10, -1));
+    // The plane through the edge and along the axis parts the two.
+    const Vec3d corner = vector();
+    const double below = dot(normal, corner);
+    const Vec3d c = below < 0 ? corner : corner - (2 * below + 0.1) * normal;
+    const Vec3d a = 10.0 * vector(), met = a + random.between(0.1, 0.9) * edge + height * normal;
+    const double start = random.between(0.1, 0.9);
+    // The axis passes over the edge, or ends above it.
+    const bool passes = i % 2 == 0;
+    const Segment s = passes ? Segment{met - start * along, met + (1 - start) * along, 0}
+                             : Segment{met + start * along + normal, met, 0};
+    const Triangle t{a, a + edge, a + c};
+    // Coordinates are rounded, so the exact way is that from these.
+    const test::Point v = exact(t.b) - exact(t.a), u = exact(s.b) - exact(s.a),
+                      q = exact(s.b) - exact(t.a);
+    const test::Point way = passes ? test::Point(v.cross(u)) : q - q.dot(v) / v.dot(v) * v;
+    const Vec3d expected{static_cast<double>(way[0]), static_cast<double>(way[1]),
+                         static_cast<double>(way[2])};
+    const Vec3d found = closestPoints(s, t).apart;
+    ASSERT_LE(norm((1 / norm(found)) * found + (1 / norm(expected)) * expected), 1e-8)
+        << i << ", " << height;
+    if (height < 1e-5) continue;
+    ++near;
+    TriangleRows rows;
+    setRows(s, t, 0, rows);
+    near_and_certain += (findClosest(rows, 1) & 1) != 0;
+  }
+  EXPECT_GT(near, 1000);
+  EXPECT_GT(near_and_certain, 0.9 * near) << near_and_certain << " of " << near;
 }
 
 // Contacts would depend on which others are computed with them, or on the machine.
