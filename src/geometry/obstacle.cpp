@@ -231,12 +231,6 @@ double scaleFor(const Segment& segment, const Obstacle& box, double size) {
 }
 
 Segment scaled(const Segment& s, double scale) { return {scale * s.a, scale * s.b, s.radius}; }
-Obstacle scaled(const Obstacle& box, double scale) {
-  Obstacle scaled = box;
-  scaled.point = scale * box.point;
-  for (int i = 0; i < 3; ++i) scaled.vector[i] = scale * box.vector[i];
-  return scaled;
-}
 
 bool boxWithin(const Segment& segment, const Obstacle& box, double reach) {
   const double size = sizeOf(segment, box);
@@ -292,6 +286,13 @@ ClosestOnBox closestPoints(const Segment& capsule, const Obstacle& box) {
   // The length of what is gained bounds how far the vector moves.
   fine.finish(DoubleDouble(0x1p-104 * size * size));
   return closestOf(fine);
+}
+
+Obstacle scaled(const Obstacle& obstacle, double scale) {
+  Obstacle scaled = obstacle;
+  scaled.point = scale * obstacle.point;
+  for (Vec3d& vector : scaled.vector) vector = scale * vector;
+  return scaled;
 }
 
 Vec3d reachOfVectors(const Obstacle& obstacle) {

@@ -52,6 +52,9 @@ inline bool operator==(const Obstacle& p, const Obstacle& q) {
          p.margin == q.margin && p.vertices == q.vertices;
 }
 
+/// An obstacle whose point and vectors are scaled, and nothing else.
+Obstacle scaled(const Obstacle& obstacle, double scale);
+
 /// How far the points of a box, axis or polytope are from its point, at most, on each axis. Of any
 /// other obstacle it is the sum of its vectors.
 FCL_FIBERS_TREE_EXPORT Vec3d reachOfVectors(const Obstacle& obstacle);

@@ -123,10 +123,10 @@ bool findOnPolytope(const MovingSegment& p, const Obstacle& polytope, double nea
   impact = {0, 0, 0};
   const double scale = scaleOfPair(larger, polytope);
   if (scale == 0 || scale == 1 || !std::isfinite(size)) return !(size == 0 && only_nearer);
-  const auto scaled = [scale](const Segment& s) -> Segment {
+  const auto inScale = [scale](const Segment& s) -> Segment {
     return {scale * s.a, scale * s.b, scale * s.radius};
   };
-  return findOnPolytope({scaled(p.start), scaled(p.end)}, scaledPolytope(polytope, scale),
+  return findOnPolytope({inScale(p.start), inScale(p.end)}, scaled(polytope, scale),
                         std::min(scale * near, 0x1p150), std::min(scale * errors, 0x1p150),
                         only_nearer, impact);
 }

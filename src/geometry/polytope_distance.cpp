@@ -15,13 +15,6 @@ namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-/// Half the size of the box of a polytope around its point, as a sum.
-double extentOf(const Obstacle& polytope) {
-  const Vec3d& most = polytope.vertices->largest();
-  return most.x * norm1(polytope.vector[0]) + most.y * norm1(polytope.vector[1]) +
-         most.z * norm1(polytope.vector[2]);
-}
-
 /// Bounds the rounding of a difference, and of its product with a unit vector, in double for a pair
 /// of size m: 7 eps m of the difference, 16 eps m of the least product.
 double roundingFor(double m) { return 64 * kEps * m; }
@@ -260,22 +253,16 @@ bool isWellScaled(double m) { return m > 0x1p-150 && m < 0x1p150; }
 }  // namespace
 
 double sizeOfPair(const Segment& axis, const Obstacle& polytope) {
-  return norm1(axis.a - polytope.point) + norm1(axis.b - polytope.point) + 2 * extentOf(polytope);
+  return norm1(axis.a - polytope.point) + norm1(axis.b - polytope.point) +
+         2 * norm1(reachOfVectors(polytope));
 }
 
 double scaleOfPair(const Segment& axis, const Obstacle& polytope) {
   const double m = sizeOfPair(axis, polytope);
   if (isWellScaled(m)) return 1;
   if (!(m > 0 && std::isfinite(m))) return 0;
-  return scaleForSize(
-      m, std::max({maxNorm(axis.a), maxNorm(axis.b), maxNorm(polytope.point), extentOf(polytope)}));
-}
-
-Obstacle scaledPolytope(const Obstacle& polytope, double scale) {
-  Obstacle scaled = polytope;
-  scaled.point = scale * polytope.point;
-  for (int i = 0; i < 3; ++i) scaled.vector[i] = scale * polytope.vector[i];
-  return scaled;
+  return scaleForSize(m, std::max({maxNorm(axis.a), maxNorm(axis.b), maxNorm(polytope.point),
+                                   norm1(reachOfVectors(polytope))}));
 }
 
 bool polytopeWithin(const Segment& axis, const Obstacle& polytope, double reach) {
@@ -283,7 +270,7 @@ bool polytopeWithin(const Segment& axis, const Obstacle& polytope, double reach)
   if (scale == 0) return true;
   if (scale != 1) {
     // The scaled reach must not overflow either.
-    return polytopeWithin({scale * axis.a, scale * axis.b, 0}, scaledPolytope(polytope, scale),
+    return polytopeWithin({scale * axis.a, scale * axis.b, 0}, scaled(polytope, scale),
                           std::min(scale * reach, 0x1p150));
   }
   const double m = sizeOfPair(axis, polytope);

@@ -19,7 +19,6 @@ bool polytopeWithin(const Segment& axis, const Obstacle& polytope, double reach)
 /// overflow nor vanish, mostly 1. It is 0 if there is none, because they are in one point or not
 /// finite.
 double scaleOfPair(const Segment& axis, const Obstacle& polytope);
-Obstacle scaledPolytope(const Obstacle& polytope, double scale);
 
 /// Where an axis is nearest to a polytope.
 struct NearestToPolytope {

@@ -326,7 +326,7 @@ TEST(PolytopeImpact, IsTheFirstTimeAtWhichTheyTouch) {
       for (Segment* s : {&moving.start, &moving.end}) {
         *s = {scale * s->a, scale * s->b, scale * s->radius};
       }
-      polytope = scaledPolytope(polytope, scale);
+      polytope = scaled(polytope, scale);
       polytope.margin *= scale;
     }
     const double size =
