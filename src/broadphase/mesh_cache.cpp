@@ -181,6 +181,23 @@ bool isSame(const Mesh& mesh, const BvhTriangles<S>& triangles) {
 }
 
 template <typename S>
+bool looksSame(const Mesh& mesh, const BvhTriangles<S>& triangles) {
+  const std::vector<MeshPoint>& points = mesh.index().points();
+  if (!triangles.is_finished || points.size() != triangles.point_count ||
+      mesh.index().triangles().size() != triangles.triangle_count) {
+    return false;
+  }
+  // From end to end, which no parts of a body that move alone leave out.
+  constexpr std::size_t kFew = 5;
+  bool are_same = true;
+  for (std::size_t i = 0; i < kFew && !points.empty(); ++i) {
+    const std::size_t at = i * (points.size() - 1) / (kFew - 1);
+    are_same &= toVec3d(points[at]) == toVec3d(toMeshPoint(triangles.points[at]));
+  }
+  return are_same;
+}
+
+template <typename S>
 std::shared_ptr<const Mesh> MeshCache::read(const Model& model, const BvhTriangles<S>& triangles,
                                             IsSame is_same) {
   if (!triangles.is_finished) return nullptr;
@@ -262,11 +279,16 @@ void MeshCache::beginUpdate() {
   for (auto& slot : slots_) slot.second.is_compared = false;
 }
 
+void MeshCache::retain(const void* model) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = slots_.find(model);
+  if (found != slots_.end()) found->second.is_recent = true;
+}
+
 void MeshCache::forgetUnused() {
   const std::lock_guard<std::mutex> lock(mutex_);
   for (auto slot = slots_.begin(); slot != slots_.end();) {
-    const bool is_wanted = slot->second.is_recent || slot->second.mesh.use_count() > 1;
-    const bool is_used = is_wanted && !slot->second.model.expired();
+    const bool is_used = slot->second.is_recent && !slot->second.model.expired();
     slot->second.is_recent = false;
     slot = is_used ? std::next(slot) : slots_.erase(slot);
   }
@@ -295,7 +317,8 @@ std::size_t MeshCache::memoryUsage() const {
   template BvhTriangles<S> trianglesOf(const fcl::CollisionGeometry<S>&);                    \
   template std::shared_ptr<const Mesh> MeshCache::read(const Model&, const BvhTriangles<S>&, \
                                                        IsSame);                              \
-  template bool isSame(const Mesh&, const BvhTriangles<S>&);
+  template bool isSame(const Mesh&, const BvhTriangles<S>&);                                 \
+  template bool looksSame(const Mesh&, const BvhTriangles<S>&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

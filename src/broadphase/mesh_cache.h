@@ -100,7 +100,9 @@ class MeshCache {
   /// Keeps what another manager has read.
   void keep(const Model& model, const std::shared_ptr<const Mesh>& mesh);
 
-  /// Forgets the meshes that nobody has, or has asked for since the last call.
+  /// Keeps what was read of a model, as if it had been asked for.
+  void retain(const void* model);
+  /// Forgets the meshes that nobody has asked for since the last call.
   void forgetUnused();
   /// Forgets a model that may be gone, unless its mesh is in use.
   void forget(const void* model);
@@ -129,5 +131,9 @@ class MeshCache {
 /// Whether a mesh has just these points and triangles.
 template <typename S>
 bool isSame(const Mesh& mesh, const BvhTriangles<S>& triangles);
+/// Whether it may: they are as many, and a few of the points are the same. Few programs change a
+/// model without changing one of these.
+template <typename S>
+bool looksSame(const Mesh& mesh, const BvhTriangles<S>& triangles);
 
 }  // namespace fcl_fibers::broadphase

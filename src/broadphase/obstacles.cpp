@@ -55,14 +55,52 @@ tree::Fibers oneEach(SegmentId begin, SegmentId end) {
 
 }  // namespace
 
+namespace {
+
+constexpr const char* kOverflows =
+    "its coordinates overflow in the unit of the fibers; bring it nearer to them or make it "
+    "smaller";
+
+/// Reads an object where it is, with the mesh of the reading if there is one.
+/// @param mesh  the bounds of the mesh, or null for those that FCL has
+template <typename S>
+void place(const fcl::CollisionObject<S>& object, bool is_solid, const Frame& frame, Bounds bounds,
+           SegmentId id, const LocalBounds* mesh, BesideReading& reading) {
+  reading.object = readObject(object, bounds, mesh);
+  if (const char* problem = segmentOf(reading.object, frame, reading.box)) refuse(problem, id);
+  if (reading.mesh != nullptr &&
+      !index::fitsIn(frame, reading.placed(tree::kAllCategories, is_solid))) {
+    refuse(kOverflows, id);
+  }
+}
+
+const LocalBounds* boundsOf(const BesideReading& reading) {
+  return reading.mesh == nullptr ? nullptr : &reading.mesh->bounds();
+}
+
+/// The same for triangles that may have changed. They are in FCL's bounds of the model if it has
+/// computed these since.
+template <typename S>
+void placeAwaited(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
+                  SegmentId id, BesideReading& reading) {
+  const Corners of_fcl = openCorners(ObjectMembers<S>::shape(object)->aabb_local);
+  const Corners& known = reading.mesh->bounds().box;
+  place(object, /*is_solid=*/false, frame, bounds, id, /*mesh=*/nullptr, reading);
+  if (of_fcl.low == known.low && of_fcl.high == known.high) return;
+  const Segment box = reading.box;
+  place(object, /*is_solid=*/false, frame, bounds, id, boundsOf(reading), reading);
+  reading.box = Segment::box(min(box.a, reading.box.a), max(box.b, reading.box.b));
+}
+
+}  // namespace
+
 template <typename S>
 BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid, const Frame& frame,
-                         Bounds bounds, MeshCache* cache, SegmentId place,
-                         MeshCache::IsSame is_same) {
+                         Bounds bounds, MeshCache* cache, SegmentId id, MeshCache::IsSame is_same) {
   BesideReading reading;
   const auto refuseMesh = [&](const std::string& problem) {
-    requireSegment(object, frame, bounds, place);  // an improper pose is named first
-    refuse(problem, place);
+    requireSegment(object, frame, bounds, id);  // an improper pose is named first
+    refuse(problem, id);
   };
   if (cache != nullptr && isMesh(object)) {
     const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(object));
@@ -85,16 +123,7 @@ BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid, c
           "exchange two points of each");
     }
   }
-  reading.object =
-      readObject(object, bounds, reading.mesh == nullptr ? nullptr : &reading.mesh->bounds());
-  if (const char* problem = segmentOf(reading.object, frame, reading.box)) refuse(problem, place);
-  if (reading.mesh != nullptr &&
-      !index::fitsIn(frame, reading.placed(tree::kAllCategories, is_solid))) {
-    refuse(
-        "its coordinates overflow in the unit of the fibers; "
-        "bring it nearer to them or make it smaller",
-        place);
-  }
+  place(object, is_solid, frame, bounds, id, boundsOf(reading), reading);
   return reading;
 }
 
@@ -223,23 +252,7 @@ void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
   if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) {
     refuse(entry.is_mesh ? kIsNoMeshNow : kIsMeshNow, entry.id);
   }
-  if (entry.readsOnDemand(options_)) {
-    const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*entry.object));
-    if (!triangles.is_finished) refuse(triangles.problem(), entry.id);
-    entry.end.object = readObject(*entry.object, options_.bounds);
-    if (const char* problem = segmentOf(entry.end.object, frame, entry.end.box)) {
-      refuse(problem, entry.id);
-    }
-    const auto& model = entry.object->collisionGeometry();
-    // The cache forgets what nobody holds.
-    if (entry.end.mesh == nullptr || entry.end.model != model.get()) {
-      entry.end.mesh = cache_.find(model);
-      entry.end.model = model.get();
-    }
-    entry.forgetTrees();
-    entry.is_read = entry.awaits_triangles = true;
-    return;
-  }
+  if (entry.comparesOnDemand(options_)) return readMesh(entry, frame);
   // Meshes that nobody holds are refitted in place. A step holds them.
   if (!options_.motion) entry.end.mesh.reset();
   BesideReading now = readBeside(*entry.object, entry.is_solid, frame, options_.bounds,
@@ -259,7 +272,37 @@ void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
     entry.has_moved = has_step_;
   }
   entry.end = std::move(now);
+  entry.awaits_triangles = false;
+  if (!entry.is_mesh && countsTriangles(options_)) {
+    entry.shape = obstacleOf(entry.end.object, frame, entry.shape.vertices);
+  }
   if (entry.is_mesh) entry.forgetTrees();
+  entry.is_read = true;
+}
+
+/// Reads a mesh whose triangles are compared on demand.
+template <typename S>
+void Obstacles<S>::readMesh(BesideEntry& entry, const Frame& frame) {
+  const auto& model = entry.object->collisionGeometry();
+  const BvhTriangles<S> triangles = trianglesOf(*model);
+  BesideReading& end = entry.end;
+  if (end.mesh == nullptr || end.model != model.get()) end.mesh = cache_.find(model);
+  end.model = model.get();
+  const bool is_known = end.mesh != nullptr && (entry.is_rigid || looksSame(*end.mesh, triangles));
+  if (!is_known) {
+    // All objects of the model let go of it before the first of them reads it again.
+    for (BesideEntry& other : beside_) {
+      if (other.end.model != model.get() || other.is_rigid) continue;
+      if (!other.comparesOnDemand(options_)) continue;
+      other.end.mesh.reset();
+      other.awaits_triangles = other.is_read;
+    }
+    end = readBeside(*entry.object, /*is_solid=*/false, frame, options_.bounds, &cache_, entry.id,
+                     isSameFor(entry));
+  }
+  if (end.mesh != nullptr) placeAwaited(*entry.object, frame, options_.bounds, entry.id, end);
+  entry.forgetTrees();
+  entry.awaits_triangles = is_known && !entry.is_rigid;
   entry.is_read = true;
 }
 
@@ -269,14 +312,23 @@ auto Obstacles<S>::withTriangles(const BesideEntry& entry, const Frame& frame) c
   const std::lock_guard<std::mutex> lock(on_demand_);
   if (!entry.awaits_triangles) return entry;
   BesideEntry& own = *beside_.get(entry.id);
-  own.end.mesh.reset();  // meshes that nobody holds are refitted in place
-  BesideReading now = readBeside(*own.object, /*is_solid=*/false, frame, options_.bounds, &cache_,
-                                 own.id, isSameFor(own));
-  // It counts where the update has read it, and other threads look at its box meanwhile.
-  now.object.pose = own.end.object.pose;
-  own.end.object = now.object;
-  own.end.mesh = std::move(now.mesh);
-  own.end.model = now.model;
+  const MeshCache::Model model = own.object->collisionGeometry();
+  // What has become another object since counts as it was.
+  if (model.get() == own.end.model && isMesh(*own.object)) {
+    const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*own.object));
+    const Mesh* const known = own.end.mesh.get();
+    const Corners before = known == nullptr ? Corners() : known->bounds().box;
+    own.end.mesh.reset();  // meshes that nobody holds are refitted in place
+    auto mesh = cache_.read(model, triangles, MeshCache::IsSame::kInUpdate);
+    if (mesh == nullptr) refuse(triangles.problem(), own.id);
+    own.end.mesh = std::move(mesh);
+    const Corners& box = own.end.mesh->bounds().box;
+    if (known == nullptr || !(box.low == before.low && box.high == before.high)) {
+      const ReadObject now = readObject(*own.object, options_.bounds, &own.end.mesh->bounds());
+      if (now.problem == nullptr && now.pose == own.end.object.pose) own.end.object = now;
+      if (!index::fitsIn(frame, own.placed())) refuse(kOverflows, own.id);
+    }
+  }
   own.awaits_triangles = false;
   return own;
 }
@@ -303,7 +355,7 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
     shapes_.compact();
     // Objects of one mesh let go of it before the first of them reads it again.
     for (BesideEntry& entry : beside_) {
-      if (!options_.motion && !entry.readsOnDemand(options_)) entry.end.mesh.reset();
+      if (!options_.motion && !entry.comparesOnDemand(options_)) entry.end.mesh.reset();
     }
   }
   // New entries are the last, and some of them may have been removed again.
@@ -319,7 +371,7 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
   cache_.beginUpdate();
   std::size_t place = firstOf(beside_);
   if (place == beside_.size() && (!all || boxes_.end() == 0)) {
-    if (all) cache_.forgetUnused();
+    if (all) forgetUnusedMeshes();
     has_boxes_ = true;
     return;
   }
@@ -329,7 +381,7 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
     prefetchObject<S>(objectAt, place, beside_.size());
     if (beside_[place].object != nullptr) readBesideAt(place, frame);
   }
-  if (all) cache_.forgetUnused();
+  if (all) forgetUnusedMeshes();
   const BoxSource source(beside_, &BesideEntry::end);
   const auto count = static_cast<SegmentId>(beside_.size());
   const SegmentId young = boxes_.youngBegin();
@@ -340,6 +392,17 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
   const bool are_few =
       static_cast<std::size_t>(count - young) <= Generations::mostYoung(beside_.size());
   finishBoxes(frame, are_few && boxes_.buildYoung(source, count, oneEach(young, count)));
+}
+
+/// Forgets the meshes that no object has. To find them takes time, so they may stay for a while.
+template <typename S>
+void Obstacles<S>::forgetUnusedMeshes() {
+  constexpr std::size_t kOften = 16;
+  if (read_count_++ % kOften != 0) return;
+  for (const BesideEntry& entry : beside_) {
+    if (entry.end.mesh != nullptr) cache_.retain(entry.end.model);
+  }
+  cache_.forgetUnused();
 }
 
 /// Builds the boxes unless they fit what is read, and takes those at the start of the step.
@@ -385,29 +448,37 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
   for (const BesideEntry& entry : beside_) {
     if (entry.object == nullptr || !entry.is_read) continue;
     if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) return false;
-    const std::shared_ptr<const Mesh>& mesh = entry.end.mesh;
-    const LocalBounds* const bounds = mesh == nullptr ? nullptr : &mesh->bounds();
-    const bool is_on_demand = entry.readsOnDemand(options_);
-    ReadObject now = readObject(*entry.object, options_.bounds, is_on_demand ? nullptr : bounds);
-    Segment box;
-    if (segmentOf(now, frame, box) != nullptr || !(box == entry.end.box)) return false;
+    // One that throws does not count as current.
+    BesideReading now;
+    now.mesh = entry.end.mesh;
+    const bool is_on_demand = entry.comparesOnDemand(options_) && now.mesh != nullptr;
+    try {
+      is_on_demand ? placeAwaited(*entry.object, frame, options_.bounds, entry.id, now)
+                   : place(*entry.object, entry.is_solid, frame, options_.bounds, entry.id,
+                           boundsOf(now), now);
+    } catch (const RefusedObject&) {
+      return false;
+    }
+    if (!(now.box == entry.end.box)) return false;
     if (!entry.is_mesh) {
       // Boxes without end are the same for many poses.
-      if (!(obstacleOf(now, frame) == obstacleOf(entry.end.object, frame))) return false;
+      const bool counts = countsTriangles(options_);
+      if (counts && !(obstacleOf(now.object, frame, entry.shape.vertices) == entry.shape)) {
+        return false;
+      }
       continue;
     }
     const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*entry.object));
-    if (!triangles.is_finished) return false;
-    if (entry.awaits_triangles) {
-      if (!(now.pose == entry.end.object.pose)) return false;
+    if (!triangles.is_finished || !(now.object.pose == entry.end.object.pose)) return false;
+    if (entry.awaits_triangles && now.mesh != nullptr) {
+      if (!looksSame(*now.mesh, triangles)) return false;
       continue;
     }
-    if (triangles.isCloud() != (mesh == nullptr)) return false;
-    if (mesh == nullptr) continue;
-    if (is_on_demand) now = readObject(*entry.object, options_.bounds, bounds);
+    if (triangles.isCloud() != (now.mesh == nullptr)) return false;
+    if (now.mesh == nullptr) continue;
     const ReadObject& before = entry.end.object;
-    if (!isSame(*mesh, triangles) || now.isAllOfShape() != before.isAllOfShape() ||
-        now.added.margin != before.added.margin || !(now.pose == before.pose)) {
+    if (!isSame(*now.mesh, triangles) || now.object.isAllOfShape() != before.isAllOfShape() ||
+        now.object.added.margin != before.added.margin) {
       return false;
     }
   }

@@ -133,7 +133,8 @@ class MovingMeshOnDemand {
                                               parallel::Executor* executor);
   /// Gives up what was made for the start and the end that there were.
   void forget();
-  bool isEmpty() const { return memoryUsage() == 0; }
+  /// @pre no query runs
+  bool isEmpty() const { return mesh_ == nullptr; }
   std::size_t memoryUsage() const;
 
  private:
@@ -147,8 +148,7 @@ class MovingMeshOnDemand {
 template <typename S>
 BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid,
                          const geometry::Frame& frame, Bounds bounds, MeshCache* cache,
-                         SegmentId place = 0,
-                         MeshCache::IsSame is_same = MeshCache::IsSame::kIfEqual);
+                         SegmentId id = 0, MeshCache::IsSame is_same = MeshCache::IsSame::kIfEqual);
 
 /// The objects of a manager that are beside its tree, and the shapes that are in the tree as boxes.
 template <typename S>
@@ -165,11 +165,14 @@ class Obstacles {
     bool is_rigid = false;  ///< whether its triangles stay the same in the model
     bool is_read = false;
     bool has_moved = false;  ///< whether it was read since the step began
-    /// Whether only the box of the end is up to date. See Obstacles::withTriangles().
+    /// Whether the triangles of the end may have changed before the last update. See
+    /// Obstacles::withTriangles().
     bool awaits_triangles = false;
     /// At both ends of the step, with the same triangles. Without a step the end counts.
     BesideReading start = {}, end = {};
     geometry::Frame frame = {};  ///< of both boxes
+    /// Of what is no mesh, at the end and in the frame of the indexes, if shapes count.
+    geometry::Obstacle shape = {};
     /// Copies of the entry share it. Null for another shape than a mesh.
     std::shared_ptr<MovingMeshOnDemand> trees = nullptr;
 
@@ -180,9 +183,9 @@ class Obstacles {
                                                    parallel::Executor* executor) const {
       return trees->get(start.placed(categories, is_solid), placed(), its_frame, executor);
     }
-    /// Whether an update leaves the triangles to the first query that needs them. A step needs
-    /// them at both of its ends, and an update refuses a solid that is none.
-    bool readsOnDemand(const FiberManagerOptions& options) const {
+    /// Whether an update leaves it to the first query that needs the triangles to compare them. A
+    /// step needs them at both of its ends, and an update refuses a solid that is none.
+    bool comparesOnDemand(const FiberManagerOptions& options) const {
       return is_mesh && !is_solid && !options.motion;
     }
     /// Gives up the trees, because the start or the end will change.
@@ -245,8 +248,9 @@ class Obstacles {
   /// Null if the object is in the tree.
   const BesideEntry* beside(SegmentId id) const { return beside_.get(id); }
   /// The same entry once its triangles are up to date. The first query after an update that needs
-  /// them compares them with those of the model, because most updates precede none that does.
-  /// Several threads may ask. Throws RefusedObject with the id.
+  /// them compares them with those of the model, because most updates precede none that does. The
+  /// object counts where the update has read it. Several threads may ask. Throws RefusedObject with
+  /// the id.
   /// @param entry  of beside()
   /// @param frame  of the indexes
   const BesideEntry& withTriangles(const BesideEntry& entry, const geometry::Frame& frame) const;
@@ -258,9 +262,9 @@ class Obstacles {
   /// Several threads may ask.
   template <class Read>
   geometry::Obstacle shapeOnDemand(SegmentId id, Read&& read) const {
-    const std::lock_guard<std::mutex> lock(on_demand_);
     ShapeEntry* const entry = shapes_.get(id);
     if (entry == nullptr) return read(geometry::Obstacle());
+    const std::lock_guard<std::mutex> lock(on_demand_);
     if (!entry->is_read) entry->shape = read(entry->shape);
     entry->is_read = true;
     return entry->shape;
@@ -274,6 +278,8 @@ class Obstacles {
 
  private:
   void readBesideAt(std::size_t place, const geometry::Frame& frame);
+  void readMesh(BesideEntry& entry, const geometry::Frame& frame);
+  void forgetUnusedMeshes();
   void readShape(std::size_t place, const geometry::Frame& frame);
   void finishBoxes(const geometry::Frame& frame, bool are_fitted);
 
@@ -287,6 +293,7 @@ class Obstacles {
   /// Whether boxes_ has all that is read. It is not after a call that has thrown.
   bool has_boxes_ = true;
   mutable MeshCache cache_;
+  std::size_t read_count_ = 0;  ///< how often all were read
 };
 
 extern template class Obstacles<float>;

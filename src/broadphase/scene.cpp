@@ -105,7 +105,7 @@ Partner<S> Scene<S>::partnerOf(const BesideEntry& entry) const {
     if (resting.end.hasTriangles()) {
       partner.mesh = std::make_shared<const BesideEntry>(std::move(resting));
     }
-  } else if (entry.readsOnDemand(state_.options()) || entry.end.hasTriangles()) {
+  } else if (entry.comparesOnDemand(state_.options()) || entry.end.hasTriangles()) {
     partner.mesh = borrowed;
   }
   return partner;
@@ -207,14 +207,16 @@ void Scene<S>::readShape(const Partner<S>& partner, MovingShape& shape) const {
       shape.is_moved_only = isMovedOnly(entry->start, entry->end);
     }
   } else if (const auto* entry = state_.obstacles().beside(partner.id)) {
-    shape.end = inFrame(change_, obstacleOf(entry->end.object, state_.frame()));
+    shape.end = inFrame(change_, entry->shape);
   } else {
     const auto readNow = [&](const Obstacle& before) {
       const ReadObject read = readObject(object, options.bounds);
       Segment now;
       const bool is_proper = segmentOf(read, state_.frame(), now, /*marks_boxes=*/true) == nullptr;
-      // If it has moved since the update, it is not known where its shape was.
-      return is_proper && now == state_.generations().segment(partner.id)
+      // If it has moved since the update, it is not known where its shape was. A plane that is here
+      // because it was another shape may have moved without a trace in its box.
+      return is_proper && read.kind != ObjectKind::kUnbounded &&
+                     now == state_.generations().segment(partner.id)
                  ? obstacleOf(read, state_.frame(), before.vertices)
                  : Obstacle();
     };

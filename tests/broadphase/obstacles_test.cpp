@@ -424,16 +424,26 @@ TEST(ObstaclesBadInput, BrokenMeshesAreRefused) {
   fcl::CollisionObject<double> object(model);
   manager->registerObject(&object);
   const auto pairs = selfPairs<double>(*manager);
-  const double kept = arraysOf(*model).points[0][0];
-  arraysOf(*model).points[0][0] = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(manager->movedSinceUpdate());
-  manager->update();
-  for (int i = 0; i < 2; ++i) {
-    expectRefusal([&] { selfPairs<double>(*manager); },
-                  "object 2 in order of registration: point 0 of its mesh");
+  // An update looks at the first point and a few more, and a query at all.
+  for (const std::size_t broken : {0u, 1u}) {
+    double& number = arraysOf(*model).points[broken][0];
+    const double kept = number;
+    number = std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(manager->movedSinceUpdate());
+    const std::string text =
+        "object 2 in order of registration: point " + std::to_string(broken) + " of its mesh";
+    if (broken == 0) {
+      expectRefusal([&] { manager->update(); }, text);
+      expectRefusal([&] { selfPairs<double>(*manager); }, "the last update failed");
+    } else {
+      manager->update();
+      expectRefusal([&] { selfPairs<double>(*manager); }, text);
+      expectRefusal([&] { selfPairs<double>(*manager); }, text);
+    }
+    number = kept;
+    if (broken == 0) manager->update();
+    EXPECT_EQ(selfPairs<double>(*manager), pairs);
   }
-  arraysOf(*model).points[0][0] = kept;
-  EXPECT_EQ(selfPairs<double>(*manager), pairs);
 }
 
 TEST(ObstaclesBadInput, OptionsAreChecked) {
