@@ -66,8 +66,10 @@ struct LiveObjectPair {
 /// does the work of `setup`. A query with another fiber manager reads that manager's objects again
 /// if that manager has Report::kVolumes and its volumes, topology or report differ from this one's,
 /// or if its margin is larger than this one's and than its scene.
-/// Under Report::kCapsules a box or a cylinder that has moved since it was read meets capsules by
-/// the box around it where it was. A query reads its present pose to find that out.
+/// Under Report::kCapsules the first query after an update that needs them compares the triangles
+/// of a mesh with those that it has, and reads the shape within a box. A mesh that has moved since
+/// the update counts where it was, and another shape by the box around it where it was. Managers
+/// with FiberManagerOptions::motion, and solid meshes, leave nothing to a query.
 ///
 /// **Motion.** If FiberManagerOptions::motion is set, `collide` reports the pairs that touch at any
 /// time of a *step*. beginStep() begins one, at the objects as they were read last. The step ends
@@ -88,7 +90,8 @@ struct LiveObjectPair {
 /// has no step.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
-/// instance in its callback, the manager refuses to register, unregister, update or clear.
+/// instance in its callback, the manager refuses to register, unregister, update or clear. Neither
+/// may an object or its geometry change meanwhile, because the query may read it.
 ///
 /// **Pairs.** A query reports every pair once, and never an object with itself. The callback's
 /// first argument is the object registered first in a self-query, the managed object in a query
@@ -102,6 +105,8 @@ struct LiveObjectPair {
 /// that throws, `std::bad_alloc` included, all objects stay registered, but queries throw until
 /// update() or setup() succeeds. If a query reads a manager of another class, it reads that
 /// manager's objects one by one, so it may refuse a broken object after it has reported some pairs.
+/// So may the first query after an update that compares the triangles of a mesh, if a point of it
+/// has become NaN.
 template <typename S>
 class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionManager<S> {
  public:
@@ -278,8 +283,9 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// triangles. If there is none, as inside a solid mesh, the contact is that with the nearest
   /// triangle. MeshContact::triangle counts in `tri_indices`.
   ///
-  /// The call takes the triangles as this manager read them last, in an update or in a query with
-  /// the mesh. If it has never read them, it reads them now. A mesh is solid if it was registered
+  /// The call takes the triangles as this manager read them last, in an update or in a query that
+  /// needed them. If it has not read them since the last update of the mesh here, or never, it
+  /// reads them now. A mesh is solid if it was registered
   /// as such here. It returns false, without contacts, if the mesh is a cloud of points.
   ///
   /// Throws std::invalid_argument if an object is null, has another shape or cannot be read, or if

@@ -305,6 +305,11 @@ void MeshCache::clear() {
   slots_.clear();
 }
 
+std::size_t MeshCache::size() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return slots_.size();
+}
+
 std::size_t MeshCache::memoryUsage() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::size_t bytes = 0;

@@ -107,6 +107,7 @@ class MeshCache {
   /// Forgets a model that may be gone, unless its mesh is in use.
   void forget(const void* model);
   void clear();
+  std::size_t size() const;  ///< number of models
   std::size_t memoryUsage() const;
 
  private:

@@ -297,20 +297,20 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
       if (isFinite(segment)) return nullptr;
     }
   } else if (kind != ObjectKind::kNothing) {
-    const AffineMap pose = poseOf(object);
-    Vec3d size{0, 0, 0};
-    ShapeBox box;
-    const auto readBoxesOfShape = [&] {
-      return kind == ObjectKind::kBar ? readBar(object, pose, size, box)
-                                      : readBoxes(object, bounds, pose, box);
+    ReadObject read;
+    read.kind = kind;
+    read.pose = poseOf(object);
+    const auto readBoxes = [&] {
+      return kind == ObjectKind::kBar ? readBar(object, read.pose, read.size, read.box)
+                                      : readShape(object, bounds, /*mesh=*/nullptr, read);
     };
-    if (isUsualRotation(pose) && allFinite(pose.shift) && readBoxesOfShape() == nullptr &&
+    if (isUsualRotation(read.pose) && allFinite(read.pose.shift) && readBoxes() == nullptr &&
         (bounds == Bounds::kShapes ||
-         (isBounded(box) && isStockSize(BoxSize(ObjectMembers<S>::box(object)), box,
-                                        ObjectMembers<S>::pose(object))))) {
-      const Corners corners = posedCorners(box, pose.shift, /*larger=*/0, frame);
+         (isBounded(read.box) && isStockSize(BoxSize(ObjectMembers<S>::box(object)), read.box,
+                                             ObjectMembers<S>::pose(object))))) {
+      const Corners corners = posedCorners(read.box, read.pose.shift, /*larger=*/0, frame);
       segment = Segment::box(corners.low, corners.high);
-      if (marks_boxes) segment.radius *= markOf(pose, size);
+      if (marks_boxes) segment.radius *= markOf(read.pose, markedSizeOf(read));
       return nullptr;
     }
   }

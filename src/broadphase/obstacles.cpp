@@ -394,11 +394,12 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
   finishBoxes(frame, are_few && boxes_.buildYoung(source, count, oneEach(young, count)));
 }
 
-/// Forgets the meshes that no object has. To find them takes time, so they may stay for a while.
+/// Forgets the meshes that no object has. To find them takes time, so as many as there are objects
+/// may stay for a while.
 template <typename S>
 void Obstacles<S>::forgetUnusedMeshes() {
   constexpr std::size_t kOften = 16;
-  if (read_count_++ % kOften != 0) return;
+  if (read_count_++ % kOften != 0 && cache_.size() <= beside_.size()) return;
   for (const BesideEntry& entry : beside_) {
     if (entry.end.mesh != nullptr) cache_.retain(entry.end.model);
   }

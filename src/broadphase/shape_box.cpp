@@ -86,46 +86,66 @@ double product(double entry, double side, double none) {
   return std::fabs(entry) <= none && std::isinf(side) ? 0 : entry * side;
 }
 
+/// Adds the part of the box around a posed box that one of its columns makes, and the largest
+/// coordinate of it that is finite.
+FCL_FIBERS_ALWAYS_INLINE void addColumn(const Vec3d& column, double low, double high, double none,
+                                        Corners& posed, double& reach) {
+  Vec3d p = low * column, q = high * column;
+  if (std::isfinite(low) && std::isfinite(high)) {
+    reach = std::max({reach, maxNorm(p), maxNorm(q)});
+  } else {
+    p = {product(column.x, low, none), product(column.y, low, none), product(column.z, low, none)};
+    q = {product(column.x, high, none), product(column.y, high, none),
+         product(column.z, high, none)};
+    for (const double x : {p.x, p.y, p.z, q.x, q.y, q.z}) {
+      reach = std::isfinite(x) ? std::max(reach, std::fabs(x)) : reach;
+    }
+  }
+  posed = {posed.low + min(p, q), posed.high + max(p, q)};
+}
+
 /// The intersection of the boxes around the two bounds of a posed shape.
 template <typename S>
-ShapeBox boxOfBounds(const LocalBounds& bounds, const fcl::Transform3<S>& pose) {
-  ShapeBox box{bounds.box, {}, 0, 0, false};
-  const double local[2][3] = {{box.local.low.x, box.local.low.y, box.local.low.z},
-                              {box.local.high.x, box.local.high.y, box.local.high.z}};
-  const double middle[3] = {bounds.center.x, bounds.center.y, bounds.center.z};
-  const double radius = bounds.radius;
+FCL_FIBERS_ALWAYS_INLINE void findBoxOfBounds(const LocalBounds& bounds,
+                                              const fcl::Transform3<S>& pose, ShapeBox& box) {
   constexpr double kEps{std::numeric_limits<S>::epsilon()}, kLeast{std::numeric_limits<S>::min()};
   // FCL treats such poses as translations, and counts the local box alone.
-  const bool is_turned = !pose.linear().isIdentity();
+  const bool is_turned = isTurned(pose);
   const double none = is_turned ? 4 * kEps : double{Eigen::NumTraits<S>::dummy_precision()};
+  const auto& m = pose.matrix();
+  const Vec3d x = toVec3(m.col(0)), y = toVec3(m.col(1)), z = toVec3(m.col(2));
+  const Vec3d low = bounds.box.low, high = bounds.box.high, middle = bounds.center;
+  Corners posed{{0, 0, 0}, {0, 0, 0}};
+  double reach = 0;
+  addColumn(x, low.x, high.x, none, posed, reach);
+  addColumn(y, low.y, high.y, none, posed, reach);
+  addColumn(z, low.z, high.z, none, posed, reach);
   // Radius 0 means that there is no ball. FCL's squares of smaller radii vanish or are inaccurate.
-  const bool has_ball = is_turned && radius * radius * kEps > kLeast;
-  double low[3], high[3];
-  for (int row = 0; row < 3; ++row) {
-    double from = 0, to = 0, center = 0, squared = 0;
-    for (int column = 0; column < 3; ++column) {
-      const auto entry = static_cast<double>(pose.matrix()(row, column));
-      const double p = product(entry, local[0][column], none);
-      const double q = product(entry, local[1][column], none);
-      from += std::min(p, q);
-      to += std::max(p, q);
-      center += entry * middle[column];
-      squared += entry * entry;
-      for (const double x : {p, q}) {
-        box.reach = std::isfinite(x) ? std::max(box.reach, std::fabs(x)) : box.reach;
-      }
-    }
+  const double radius = bounds.radius;
+  if (is_turned && radius * radius * kEps > kLeast) {
+    const Vec3d center = middle.x * x + middle.y * y + middle.z * z;
     // A rotation that has drifted stretches the ball.
-    const double ball = has_ball && std::isfinite(center)
-                            ? radius * std::sqrt(squared) * (1 + 8 * kEps)
-                            : kInfinity;
-    low[row] = std::max(from, center - ball);
-    high[row] = std::min(to, center + ball);
+    const double stretched = radius * (1 + 8 * kEps);
+    const Vec3d squares{x.x * x.x + y.x * y.x + z.x * z.x, x.y * x.y + y.y * y.y + z.y * z.y,
+                        x.z * x.z + y.z * y.z + z.z * z.z};
+    const Vec3d ball =
+        stretched * Vec3d{std::sqrt(squares.x), std::sqrt(squares.y), std::sqrt(squares.z)};
+    // Where the middle is open, the ball is too.
+    const Vec3d from = center - ball, to = center + ball;
+    const auto larger = [](double a, double b) { return std::isfinite(b) && b > a ? b : a; };
+    const auto smaller = [](double a, double b) { return std::isfinite(b) && b < a ? b : a; };
+    posed.low = {larger(posed.low.x, from.x), larger(posed.low.y, from.y),
+                 larger(posed.low.z, from.z)};
+    posed.high = {smaller(posed.high.x, to.x), smaller(posed.high.y, to.y),
+                  smaller(posed.high.z, to.z)};
   }
-  box.posed = {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+  // Number by number: what has been written so cannot be copied at once without a stall.
+  box.local = {low, high};
+  box.posed = posed;
+  box.reach = reach;
+  box.is_least = false;
   // A larger one is not FCL's.
-  box.ball_squared = std::min(radius * radius, squaredNorm(box.local.half()));
-  return box;
+  box.ball_squared = std::min(radius * radius, squaredNorm(Corners{low, high}.half()));
 }
 
 /// Whether neither box of a plane or half-space reaches beyond the one that FCL gives it. If one
@@ -216,27 +236,20 @@ const char* readShape(const fcl::CollisionObject<S>& object, Bounds bounds, cons
       break;
   }
   if (!isProper(geometry.aabb_local)) return kNoLocalBox;
-  const LocalBounds of_fcl = {openCorners(geometry.aabb_local), toVec3(geometry.aabb_center),
-                              static_cast<double>(geometry.aabb_radius)};
-  out.box = boxOfBounds(mesh != nullptr ? *mesh : of_fcl, ObjectMembers<S>::pose(object));
+  const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
+  if (mesh != nullptr) {
+    findBoxOfBounds(*mesh, pose, out.box);
+  } else {
+    const LocalBounds of_fcl = {openCorners(geometry.aabb_local), toVec3(geometry.aabb_center),
+                                static_cast<double>(geometry.aabb_radius)};
+    findBoxOfBounds(of_fcl, pose, out.box);
+  }
   return nullptr;
-}
-
-template <typename S>
-const char* readBoxes(const fcl::CollisionObject<S>& object, Bounds bounds, const AffineMap& pose,
-                      ShapeBox& box) {
-  ReadObject read;
-  read.pose = pose;
-  const char* problem = readShape(object, bounds, nullptr, read);
-  box = read.box;
-  return problem;
 }
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                            \
   template const char* readShape(const fcl::CollisionObject<S>&, Bounds, const LocalBounds*, \
-                                 ReadObject&);                                               \
-  template const char* readBoxes(const fcl::CollisionObject<S>&, Bounds, const AffineMap&,   \
-                                 ShapeBox&);
+                                 ReadObject&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

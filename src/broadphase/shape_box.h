@@ -221,12 +221,6 @@ FCL_FIBERS_ALWAYS_INLINE const char* readBar(const fcl::CollisionObject<S>& obje
   return sizeProblem(size.x, size.y);
 }
 
-/// Reads the boxes of a shape that is neither that nor a capsule or sphere.
-/// @return nullptr, or why it is refused and the remedy
-template <typename S>
-const char* readBoxes(const fcl::CollisionObject<S>& object, Bounds bounds,
-                      const geometry::AffineMap& pose, ShapeBox& box);
-
 struct ReadObject;
 
 /// Reads the size, the boxes and the kind of an object's shape in the pose that has been read,

@@ -185,6 +185,25 @@ TYPED_TEST(MeshReadings, OfPointsThatChangeInPlaceReachWhereTheyAre) {
   EXPECT_EQ(selfPairs<S>(*manager).size(), 1u);
 }
 
+// An update looks at few points. Another one would count as it was, or where the object has gone.
+TYPED_TEST(MeshReadings, OfAPointThatNoUpdateLooksAtAreThoseOfTheQuery) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto model = ballOf<S>(1);
+  auto* mesh = scene.add(model, placeAt<S>(0));
+  fcl::Vector3<S>& spike = arraysOf(*model).points[1];
+  const Eigen::Vector3d tip = 2 * spike.template cast<double>();
+  scene.addCapsule(makePose<S>(Eigen::Quaterniond::Identity(), tip), 0.1, 0.2);
+  const Managed<TypeParam> manager(scene, capsulesReported());
+  EXPECT_TRUE(selfPairs<S>(*manager).empty());
+  spike *= 2;
+  model->computeLocalAABB();
+  mesh->computeAABB();
+  manager->update();
+  mesh->setTransform(placeAt<S>(100));
+  EXPECT_EQ(selfPairs<S>(*manager).size(), 1u);
+}
+
 // What a program has added to the boxes would be that of a box that it has written since, or lost.
 TYPED_TEST(MeshReadings, HaveTheMarginsThatTheUpdateRead) {
   using S = typename TypeParam::Scalar;
