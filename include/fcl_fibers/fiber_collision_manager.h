@@ -67,8 +67,9 @@ struct LiveObjectPair {
 /// if that manager has Report::kVolumes and its volumes, topology or report differ from this one's,
 /// or if its margin is larger than this one's and than its scene.
 /// Under Report::kCapsules the first query after an update that needs them compares the triangles
-/// of a mesh with those that it has, and reads the shape within a box. A mesh that has moved since
-/// the update counts where it was, and another shape by the box around it where it was. Managers
+/// of a mesh with those that it has, and reads the shape within a box. A mesh, plane or
+/// half-space that has moved since the update counts where it was, and another shape that no query
+/// has read by the box around it where it was. Managers
 /// with FiberManagerOptions::motion, and solid meshes, leave nothing to a query.
 ///
 /// **Motion.** If FiberManagerOptions::motion is set, `collide` reports the pairs that touch at any

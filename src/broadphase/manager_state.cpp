@@ -218,7 +218,8 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
     }
   }
   ++(generations_.isYoung(id) ? removed_young_ : removed_);
-  if (!keeps_ids || removed_ > registry_.size() / 8) markStale();
+  const std::size_t in_main = generations_.main().leaves().size();
+  if (!keeps_ids || removed_ > std::min(registry_.size(), in_main) / 8) markStale();
   if (registry_.size() == 0) state_ = State::kStale;  // no object is left that could be refused
 }
 
@@ -256,7 +257,9 @@ void ManagerState<S>::readAll(const char* call, bool keeps_tree) {
   refuseDuringQuery(call);
   // Objects that come one by one, with an update after each, are read each time. A build waits
   // until a query has needed the young index: then the next update builds all into one.
-  const bool joins_young = state_ == State::kReady ? hasTooManyYoung() : !hasFewUnread();
+  const std::size_t in_main = generations_.main().leaves().size();
+  const bool joins_young =
+      state_ == State::kReady ? hasTooManyYoung() : !hasFewUnread() || young_.size() > in_main;
   const State before = keeps_tree && !joins_young ? State::kUnread : State::kStale;
   state_ = State::kFailed;
   // Steps and the list need all indexes.
@@ -292,10 +295,10 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     return nameOf(static_cast<std::size_t>(place));
   };
   if (ids.empty()) return;
-  if (state_ == State::kRead) catchUp(call, State::kRead);
   // One sweep over all nodes costs less than the way up from each of many segments.
   const bool are_many = 4 * ids.size() > registry_.size();
   if (!hasTree() || state_ == State::kUnread || are_many) return readAll(call, hasTree());
+  if (state_ == State::kRead) catchUp(call, State::kRead);
   const State before = state_;
   state_ = State::kFailed;
   std::vector<SegmentId> in_tree;
@@ -432,6 +435,7 @@ void ManagerState<S>::catchUp(const char* call, State state, bool builds_young) 
   if (state_ == State::kUnread) state_ = State::kStale;  // in case an object is refused
   const Source source = this->source(call);
   const bool has_new = registry_.idCount() > generations_.end();
+  SegmentId read_anew = registry_.idCount();
   if (has_new && !builds_young) generations_.forgetYoung();
   bool keeps_trees = hasTree(state) && !(state == State::kGrown && hasTooManyYoung()) &&
                      (state != State::kUnread || generations_.refit(source));
@@ -440,6 +444,7 @@ void ManagerState<S>::catchUp(const char* call, State state, bool builds_young) 
   } else if (keeps_trees && has_new) {
     const SegmentId begin = generations_.youngBegin(), end = registry_.idCount();
     const tree::Fibers fibers = segmentsFrom(begin);
+    if (state != State::kRead) read_anew = begin;
     keeps_trees = state == State::kRead
                       ? generations_.buildYoung(ReadSource(young_, begin), end, fibers)
                       : generations_.buildYoung(source, end, fibers);
@@ -453,7 +458,7 @@ void ManagerState<S>::catchUp(const char* call, State state, bool builds_young) 
   }
   named(
       call, [&](SegmentId id) { return source.nameOf(id); },
-      [&] { obstacles_.read(frame(), !keeps_trees || state == State::kUnread); });
+      [&] { obstacles_.read(frame(), !keeps_trees || state == State::kUnread, read_anew); });
   const bool waits = !builds_young && (has_new || !keeps_trees);
   state_.store(waits ? State::kRead : State::kReady, std::memory_order_release);
 }

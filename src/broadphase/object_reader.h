@@ -84,8 +84,8 @@ inline bool isBesideTree(ObjectKind kind, const FiberManagerOptions& options) {
 }
 
 /// Whether the shape within an object's box in the tree is kept, or that of what moves. A box or a
-/// cylinder, of which there are many if they form fibers, is read again when it is asked for. Others
-/// may have many vertices.
+/// cylinder, of which there are many if they form fibers, is read again when it is asked for.
+/// Others may have many vertices.
 inline bool keepsShape(ObjectKind kind, const FiberManagerOptions& options) {
   return countsTriangles(options) && kind != ObjectKind::kMesh && !isRound(kind) &&
          (options.motion || kind == ObjectKind::kBounded);

@@ -183,8 +183,8 @@ class ObjectRegistry {
   bool fillIndex() const noexcept;
   /// @pre the object is managed
   SegmentId placeOf(const Object* object) const {
-    return static_cast<SegmentId>(std::find(objects_.begin(), objects_.end(), object) -
-                                  objects_.begin());
+    const auto found = std::find(objects_.begin(), objects_.end(), object);
+    return found == objects_.end() ? kNotFound : static_cast<SegmentId>(found - objects_.begin());
   }
   std::optional<std::size_t> insert(const std::vector<Object*>& added);
   void renumber();

@@ -247,12 +247,12 @@ void Obstacles<S>::addCopy(const Obstacles& other, Object* object, SegmentId id,
 // --- Reading ---
 
 template <typename S>
-void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
+void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame, bool all) {
   BesideEntry& entry = beside_[place];
   if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) {
     refuse(entry.is_mesh ? kIsNoMeshNow : kIsMeshNow, entry.id);
   }
-  if (entry.comparesOnDemand(options_)) return readMesh(entry, frame);
+  if (entry.comparesOnDemand(options_)) return readMesh(entry, frame, all);
   // Meshes that nobody holds are refitted in place. A step holds them.
   if (!options_.motion) entry.end.mesh.reset();
   BesideReading now = readBeside(*entry.object, entry.is_solid, frame, options_.bounds,
@@ -281,8 +281,9 @@ void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
 }
 
 /// Reads a mesh whose triangles are compared on demand.
+/// @param all  whether all are read now
 template <typename S>
-void Obstacles<S>::readMesh(BesideEntry& entry, const Frame& frame) {
+void Obstacles<S>::readMesh(BesideEntry& entry, const Frame& frame, bool all) {
   const auto& model = entry.object->collisionGeometry();
   const BvhTriangles<S> triangles = trianglesOf(*model);
   BesideReading& end = entry.end;
@@ -292,7 +293,7 @@ void Obstacles<S>::readMesh(BesideEntry& entry, const Frame& frame) {
   if (!is_known) {
     // All objects of the model let go of it before the first of them reads it again.
     for (BesideEntry& other : beside_) {
-      if (other.end.model != model.get() || other.is_rigid) continue;
+      if (!all || other.end.model != model.get() || other.is_rigid) continue;
       if (!other.comparesOnDemand(options_)) continue;
       other.end.mesh.reset();
       other.awaits_triangles = other.is_read;
@@ -346,7 +347,7 @@ void Obstacles<S>::readShape(std::size_t place, const Frame& frame) {
 }
 
 template <typename S>
-void Obstacles<S>::read(const Frame& frame, bool all) {
+void Obstacles<S>::read(const Frame& frame, bool all, SegmentId young_begin) {
   all |= !has_boxes_;
   const bool keeps_places = has_boxes_ && beside_.removedCount() == 0;
   if (all) {
@@ -364,7 +365,10 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
     while (first > 0 && !entries[first - 1].is_read) --first;
     return first;
   };
-  const std::size_t first_shape = all || options_.motion ? firstOf(shapes_) : shapes_.size();
+  const auto first_young =
+      std::lower_bound(shapes_.ids().begin(), shapes_.ids().end(), young_begin);
+  auto first_shape = static_cast<std::size_t>(first_young - shapes_.ids().begin());
+  if (all || options_.motion) first_shape = std::min(first_shape, firstOf(shapes_));
   for (std::size_t place = first_shape; place < shapes_.size(); ++place) {
     if (shapes_[place].object != nullptr) readShape(place, frame);
   }
@@ -379,7 +383,7 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
   const auto objectAt = [&](std::size_t i) { return beside_[i].object; };
   for (; place < beside_.size(); ++place) {
     prefetchObject<S>(objectAt, place, beside_.size());
-    if (beside_[place].object != nullptr) readBesideAt(place, frame);
+    if (beside_[place].object != nullptr) readBesideAt(place, frame, all);
   }
   if (all) forgetUnusedMeshes();
   const BoxSource source(beside_, &BesideEntry::end);
@@ -428,7 +432,7 @@ void Obstacles<S>::readSome(const std::vector<SegmentId>& ids, const Frame& fram
     const std::size_t place = beside_.find(id), shape = shapes_.find(id);
     if (place < beside_.size() && beside_[place].is_read) {
       has_boxes_ = false;
-      readBesideAt(place, frame);
+      readBesideAt(place, frame, /*all=*/false);
       places.push_back(static_cast<SegmentId>(place));
     }
     if (shape < shapes_.size() && shapes_[shape].is_read) readShape(shape, frame);
@@ -460,7 +464,13 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
     } catch (const RefusedObject&) {
       return false;
     }
-    if (!(now.box == entry.end.box)) return false;
+    // What was compared since the update may need less than the box that was read then.
+    const Segment& box = entry.end.box;
+    const bool may_be_less = is_on_demand && !entry.awaits_triangles;
+    if (may_be_less ? !(min(box.a, now.box.a) == box.a && max(box.b, now.box.b) == box.b)
+                    : !(now.box == box)) {
+      return false;
+    }
     if (!entry.is_mesh) {
       // Boxes without end are the same for many poses.
       const bool counts = countsTriangles(options_);

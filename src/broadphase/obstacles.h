@@ -232,8 +232,10 @@ class Obstacles {
 
   // These throw RefusedObject with the id.
 
-  /// @param all  whether those that have been read before are read, too
-  void read(const geometry::Frame& frame, bool all);
+  /// @param all          whether those that have been read before are read, too
+  /// @param young_begin  the first id of which the box in the tree was read anew, even if not all
+  ///                     are
+  void read(const geometry::Frame& frame, bool all, SegmentId young_begin);
   /// Reads those of these objects that have been read before.
   void readSome(const std::vector<SegmentId>& ids, const geometry::Frame& frame);
 
@@ -277,8 +279,8 @@ class Obstacles {
   std::size_t memoryUsage() const;
 
  private:
-  void readBesideAt(std::size_t place, const geometry::Frame& frame);
-  void readMesh(BesideEntry& entry, const geometry::Frame& frame);
+  void readBesideAt(std::size_t place, const geometry::Frame& frame, bool all);
+  void readMesh(BesideEntry& entry, const geometry::Frame& frame, bool all);
   void forgetUnusedMeshes();
   void readShape(std::size_t place, const geometry::Frame& frame);
   void finishBoxes(const geometry::Frame& frame, bool are_fitted);

@@ -51,7 +51,7 @@ KeptSegments SegmentIndex::readSegments(const SegmentSource& source) const {
   KeptSegments segments(options_.share_ends);
   segments.reset(begin_, end_, leaves());
   for (const SegmentId id : leaves()) {
-    Segment segment;
+    Segment segment{};
     readOne(source, id, frame(), segment);
     segments.set(id, segment);  // every one, because reset() may leave them unwritten
   }

@@ -202,6 +202,36 @@ TYPED_TEST(MeshReadings, OfAPointThatNoUpdateLooksAtAreThoseOfTheQuery) {
   manager->update();
   mesh->setTransform(placeAt<S>(100));
   EXPECT_EQ(selfPairs<S>(*manager).size(), 1u);
+  mesh->setTransform(placeAt<S>(0));
+  spike /= 2;
+  model->computeLocalAABB();
+  mesh->computeAABB();
+  manager->update();
+  EXPECT_TRUE(selfPairs<S>(*manager).empty());
+  EXPECT_FALSE(manager->movedSinceUpdate());
+}
+
+// An update of one object would change the triangles of others with its model, which it has not
+// read.
+TYPED_TEST(MeshReadings, OfOtherObjectsStayIfOneIsUpdated) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto model = ballOf<S>(1);
+  std::vector<fcl::CollisionObject<S>*> meshes;
+  for (int i = 0; i < 6; ++i) {
+    meshes.push_back(scene.add(model, placeAt<S>(10 * i)));
+    scene.addCapsule(placeAt<S>(10 * i + 1), 0.1, 0.2);
+  }
+  const Managed<TypeParam> manager(scene, capsulesReported());
+  manager->update();
+  EXPECT_EQ(selfPairs<S>(*manager).size(), 6u);
+  movePoints<S>(*model, [](const Eigen::Vector3d& p) -> Eigen::Vector3d { return 0.5 * p; });
+  meshes[0]->computeAABB();
+  manager->update(meshes[0]);
+  EXPECT_EQ(selfPairs<S>(*manager).size(), 5u);
+  for (auto* mesh : meshes) mesh->computeAABB();
+  manager->update();
+  EXPECT_TRUE(selfPairs<S>(*manager).empty());
 }
 
 // What a program has added to the boxes would be that of a box that it has written since, or lost.

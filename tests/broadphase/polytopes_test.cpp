@@ -263,6 +263,34 @@ TYPED_TEST(Polytopes, CountWhereTheUpdateReadThem) {
   EXPECT_TRUE(std::includes(after.begin(), after.end(), before.begin(), before.end()));
 }
 
+// The box of a polytope that came later would be read anew with the next one, but not its vertices.
+TYPED_TEST(Polytopes, ThatComeLaterAreReadWithTheirBoxes) {
+  using S = TypeParam;
+  Random random(1136);
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  Room<S> room(random, 120);
+  LayeredAABBTreeCollisionManager<S> manager(options);
+  auto all = room.all();
+  const std::vector<fcl::CollisionObject<S>*> first(all.begin(), all.end() - 6);
+  manager.registerObjects(first);
+  manager.setup();
+  for (std::size_t i = all.size() - 6; i < all.size(); ++i) manager.registerObject(all[i]);
+  (void)selfPairs<S>(manager);
+  for (std::size_t i = all.size() - 6; i < all.size(); ++i) {
+    all[i]->setTransform(makePose<S>(i, random, 0.5));
+    all[i]->computeAABB();
+  }
+  fcl::CollisionObject<S> far(std::make_shared<fcl::Capsule<S>>(S(0.1), S(0.1)));
+  far.setTranslation(fcl::Vector3<S>(50, 0, 0));
+  manager.registerObject(&far);
+  const auto found = asSet<S>(selfPairs<S>(manager));
+  LayeredAABBTreeCollisionManager<S> anew(options);
+  all.push_back(&far);
+  anew.registerObjects(all);
+  EXPECT_EQ(found, asSet<S>(selfPairs<S>(anew)));
+}
+
 // A capsule would pass through a polytope between two updates, or be handed over far from it.
 TYPED_TEST(Polytopes, MeetTheCapsulesThatTouchThemWithinAStep) {
   using S = TypeParam;
