@@ -67,10 +67,10 @@ struct LiveObjectPair {
 /// if that manager has Report::kVolumes and its volumes, topology or report differ from this one's,
 /// or if its margin is larger than this one's and than its scene.
 /// Under Report::kCapsules the first query after an update that needs them compares the triangles
-/// of a mesh with those that it has, and reads the shape within a box. A mesh, plane or
-/// half-space that has moved since the update counts where it was, and another shape that no query
-/// has read by the box around it where it was. Managers
-/// with FiberManagerOptions::motion, and solid meshes, leave nothing to a query.
+/// of a mesh with those that it has, and reads the shape within a box. A mesh, plane or half-space
+/// that has moved since the update counts where it was. Another shape counts as a query has read it
+/// since the update, or else by the box around it where it was. Managers with
+/// FiberManagerOptions::motion, and solid meshes, leave nothing to a query.
 ///
 /// **Motion.** If FiberManagerOptions::motion is set, `collide` reports the pairs that touch at any
 /// time of a *step*. beginStep() begins one, at the objects as they were read last. The step ends
@@ -91,8 +91,8 @@ struct LiveObjectPair {
 /// has no step.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
-/// instance in its callback, the manager refuses to register, unregister, update or clear. Neither
-/// may an object or its geometry change meanwhile, because the query may read it.
+/// instance in its callback, the manager refuses to register, unregister, update or clear. The
+/// program must not change an object or its geometry meanwhile, because the query may read it.
 ///
 /// **Pairs.** A query reports every pair once, and never an object with itself. The callback's
 /// first argument is the object registered first in a self-query, the managed object in a query
@@ -106,8 +106,8 @@ struct LiveObjectPair {
 /// that throws, `std::bad_alloc` included, all objects stay registered, but queries throw until
 /// update() or setup() succeeds. If a query reads a manager of another class, it reads that
 /// manager's objects one by one, so it may refuse a broken object after it has reported some pairs.
-/// So may the first query after an update that compares the triangles of a mesh, if a point of it
-/// has become NaN.
+/// The first query after an update that compares the triangles of a mesh may refuse it so, too, if
+/// a point of it has become NaN.
 template <typename S>
 class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionManager<S> {
  public:

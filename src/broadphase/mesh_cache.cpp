@@ -187,7 +187,7 @@ bool looksSame(const Mesh& mesh, const BvhTriangles<S>& triangles) {
       mesh.index().triangles().size() != triangles.triangle_count) {
     return false;
   }
-  // From end to end, which no parts of a body that move alone leave out.
+  // They are spread over all points, because a program may move a part of a body alone.
   constexpr std::size_t kFew = 5;
   bool are_same = true;
   for (std::size_t i = 0; i < kFew && !points.empty(); ++i) {

@@ -327,7 +327,10 @@ auto Obstacles<S>::withTriangles(const BesideEntry& entry, const Frame& frame) c
     if (known == nullptr || !(box.low == before.low && box.high == before.high)) {
       const ReadObject now = readObject(*own.object, options_.bounds, &own.end.mesh->bounds());
       if (now.problem == nullptr && now.pose == own.end.object.pose) own.end.object = now;
-      if (!index::fitsIn(frame, own.placed())) refuse(kOverflows, own.id);
+      if (!index::fitsIn(frame, own.placed())) {
+        own.end.mesh.reset();  // the next query refuses it, too
+        refuse(kOverflows, own.id);
+      }
     }
   }
   own.awaits_triangles = false;
