@@ -368,6 +368,21 @@ WrappedSphereTreeCollisionManager<S>::WrappedSphereTreeCollisionManager(
     : FiberCollisionManager<S>(original, objects) {}
 
 template <typename S>
+std::size_t WrappedSphereTreeCollisionManager<S>::cageCount() const {
+  const auto impl = this->impl();
+  const typename WrappedSphereTreeCollisionManager::Impl::QueryScope scope(*impl, "cageCount");
+  return impl->generations().main().cages().all;
+}
+
+template <typename S>
+std::size_t WrappedSphereTreeCollisionManager<S>::cagesRecomputed() const {
+  const auto impl = this->impl();
+  const typename WrappedSphereTreeCollisionManager::Impl::QueryScope scope(*impl,
+                                                                           "cagesRecomputed");
+  return impl->generations().main().cages().recomputed;
+}
+
+template <typename S>
 std::unique_ptr<WrappedSphereTreeCollisionManager<S>> WrappedSphereTreeCollisionManager<S>::clone(
     const std::vector<Object*>& objects) const {
   return std::unique_ptr<WrappedSphereTreeCollisionManager>(

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "tree/bundle.h"
@@ -496,6 +497,17 @@ bool SegmentIndex::hasDecayed(double loose) const {
 /// One dense query must not make the index keep much more memory for good.
 void SegmentIndex::limitBlocks() {
   blocks_->keepAtMost((memoryUsage() - blocks_->memoryUsage()) / 4);
+}
+
+SegmentIndex::Cages SegmentIndex::cages() const {
+  return std::visit(
+      [](const auto& tree) -> Cages {
+        if constexpr (std::is_same_v<decltype(tree.nodeVolume(0)), geometry::Sphere>) {
+          return {tree.nodes().size(), tree.hierarchy().cagesRecomputed()};
+        }
+        return {};
+      },
+      now_.tree);
 }
 
 std::size_t SegmentIndex::memoryUsage() const {

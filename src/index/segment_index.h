@@ -314,6 +314,13 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   std::size_t memoryUsage() const;
 
+  /// The cages of a tree of spheres, and those of them that the last fit made anew.
+  struct Cages {
+    std::size_t all = 0, recomputed = 0;
+  };
+  /// None of a tree of boxes.
+  Cages cages() const;
+
  private:
   /// The segments at one end of a step, and the volumes around them.
   struct End {
