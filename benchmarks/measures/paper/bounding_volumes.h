@@ -111,6 +111,15 @@ using Polytope14 = SlabPolytope<true, false>;
 using Polytope18 = SlabPolytope<false, true>;
 using Polytope26 = SlabPolytope<true, true>;
 
+/// A box of which a query opens the one of larger volume, as the paper does.
+struct BoxByVolume : AxisBox {
+  static BoxByVolume around(const Capsule& c) { return {AxisBox::around(c)}; }
+  static BoxByVolume around(const BoxByVolume& p, const BoxByVolume& q) {
+    return {AxisBox::around(p, q)};
+  }
+  double size() const { return (high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2]); }
+};
+
 inline geometry::Vec3d asVec3(const fcl::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 inline geometry::Ball ballAround(const Capsule& c) {

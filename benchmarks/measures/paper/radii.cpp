@@ -3,7 +3,9 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "geometry/enclosing_sphere.h"
@@ -47,12 +49,36 @@ struct LayeredSpheres {
   std::vector<int> heights;
 };
 
+using Spheres = tree::WrappedSphereTree<2>;
+
+/// How many of the cages below other cages stick out of these, though no segment does.
+double countStickingOut(const Spheres& spheres) {
+  constexpr double kRounding = 1e-9;
+  double count = 0;
+  for (std::size_t i = 0; i < spheres.nodes().size(); ++i) {
+    const Ball& cage = spheres.hierarchy().cage(i).ball;
+    const auto& node = spheres.nodes()[i];
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(node.child_count); ++lane) {
+      if (node.children[lane].isLeaf()) continue;
+      const auto below = static_cast<std::size_t>(node.children[lane].node());
+      const Ball& child = spheres.hierarchy().cage(below).ball;
+      const double reach = norm(child.center - cage.center) + child.radius;
+      if (reach > cage.radius * (1 + kRounding)) ++count;
+    }
+  }
+  return count;
+}
+
 /// What the two hierarchies make of one chain. The height is that of the balanced binary tree over
 /// all segments; the bound of a node's ratio of radii is sqrt(h + 1) with the node's height h.
-void compare(const TreeScene& scene, Numbers& numbers) {
-  tree::WrappedSphereTree<2> spheres(tree::superThread(scene.fibers));
+void compare(TreeScene scene, Numbers& numbers) {
+  const auto rootsOf = [&](const Spheres& spheres, const LayeredSpheres& layered) {
+    return std::pair(layered.balls[0].radius, spheres.hierarchy().cage(0).ball.radius);
+  };
+  Spheres spheres(tree::superThread(scene.fibers));
   spheres.refit(scene.segments, 0);
   const LayeredSpheres layered(spheres);
+  const auto [layered_root, wrapped_root] = rootsOf(spheres, layered);
 
   double largest_of_bound = 0;
   for (std::size_t i = 0; i < spheres.nodes().size(); ++i) {
@@ -60,9 +86,26 @@ void compare(const TreeScene& scene, Numbers& numbers) {
     largest_of_bound = std::max(largest_of_bound, ratio / std::sqrt(layered.heights[i] + 1.0));
   }
   numbers = {{"height", layered.heights[0]},
-             {"layered", layered.balls[0].radius},
-             {"wrapped", spheres.hierarchy().cage(0).ball.radius},
-             {"largest_of_bound", largest_of_bound}};
+             {"layered", layered_root},
+             {"wrapped", wrapped_root},
+             {"largest_of_bound", largest_of_bound},
+             {"cages", static_cast<double>(spheres.nodes().size() - 1)},
+             {"sticking_out", countStickingOut(spheres)}};
+
+  // The same beads in other orders: how much smaller and larger the root's spheres become.
+  constexpr int kOrders = 10;
+  std::mt19937_64 random(1);
+  for (int i = 0; i < kOrders; ++i) {
+    std::shuffle(scene.fibers.ids.begin(), scene.fibers.ids.end(), random);
+    Spheres shuffled(tree::superThread(scene.fibers));
+    shuffled.refit(scene.segments, 0);
+    const auto [l, w] = rootsOf(shuffled, LayeredSpheres(shuffled));
+    const auto note = [&](const char* what, double change) {
+      numbers[what] = std::max(numbers[what], change);
+    };
+    note("layered_by_order", std::abs(l / layered_root - 1));
+    note("wrapped_by_order", std::abs(w / wrapped_root - 1));
+  }
 }
 
 void registerComparison(const std::string& name,

@@ -174,6 +174,7 @@ bool registerKind(const ChainTree& chains, const std::string& kind) {
 
 bool registerKinds(const ChainTree& chains) {
   bool right = registerKind<AxisBox>(chains, "boxes");
+  right &= registerKind<BoxByVolume>(chains, "boxes_by_volume");
   right &= registerKind<Polytope14>(chains, "polytopes_14");
   right &= registerKind<Polytope18>(chains, "polytopes_18");
   right &= registerKind<Polytope26>(chains, "polytopes_26");

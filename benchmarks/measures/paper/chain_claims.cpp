@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "harness/runs.h"
+#include "measures.h"
+#include "measures/paper/bounding_volumes.h"
+#include "measures/paper/chain_scenes.h"
+#include "measures/paper/chain_tree.h"
+#include "tree/bundle.h"
+#include "tree/topology.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+std::vector<Capsule> linksOf(const FiberPolylines& chain) {
+  std::vector<Capsule> links;
+  for (std::size_t i = 0; i + 1 < chain.points.size(); ++i) {
+    const Point &p = chain.points[i], &q = chain.points[i + 1];
+    links.push_back({{p[0], p[1], p[2]}, {q[0], q[1], q[2]}, chain.radius});
+  }
+  return links;
+}
+
+/// The balanced tree in the order of the chain.
+tree::Topology<2> alongChain(std::size_t links) {
+  tree::Fibers fibers;
+  fibers.ids.resize(links);
+  std::iota(fibers.ids.begin(), fibers.ids.end(), 0);
+  fibers.endFiber();
+  return superThread(fibers);
+}
+
+/// A tree that follows space: each link is a fiber of its own, over which a bundle is a kd-tree.
+tree::Topology<8> inSpace(const std::vector<Capsule>& links) {
+  tree::Fibers fibers;
+  std::vector<tree::Middle> middles;
+  for (const Capsule& c : links) {
+    fibers.ids.push_back(static_cast<tree::SegmentId>(middles.size()));
+    fibers.endFiber();
+    middles.push_back(
+        tree::middleOf({{c.from.x(), c.from.y(), c.from.z()}, {c.to.x(), c.to.y(), c.to.z()}, 0}));
+  }
+  return bundle(fibers, middles);
+}
+
+template <int Arity>
+double boxTests(const tree::Topology<Arity>& topology, const std::vector<Capsule>& links) {
+  const BinaryTree tree(topology);
+  std::vector<Capsule> by_leaf;
+  for (const tree::SegmentId id : topology.leaves) {
+    by_leaf.push_back(links[static_cast<std::size_t>(id)]);
+  }
+  std::vector<AxisBox> boxes(tree.size());
+  fitVolumes(tree, by_leaf, boxes);
+  return static_cast<double>(queryItself(tree, boxes, [](std::int32_t, std::int32_t) {}));
+}
+
+/// Section 2: how many others the sphere of a link meets.
+void addNeighbors(const std::string& name, Chain kind, int edge) {
+  const std::vector<Capsule> links = linksOf(makeChain(kind, edge));
+  const BinaryTree tree(alongChain(links.size()));
+  std::vector<LayeredBall> balls(tree.size());
+  fitVolumes(tree, links, balls);
+  std::vector<double> met(links.size());
+  queryItself(tree, balls, [&](std::int32_t a, std::int32_t b) {
+    met[static_cast<std::size_t>(a)] += 1;
+    met[static_cast<std::size_t>(b)] += 1;
+  });
+  registerNumbers("Neighbors/" + name, {{"segments", static_cast<double>(links.size())},
+                                        {"most", *std::max_element(met.begin(), met.end())},
+                                        {"mean", std::accumulate(met.begin(), met.end(), 0.0) /
+                                                     static_cast<double>(met.size())}});
+}
+
+/// So many links of a random walk in a cube, which mixes them: what is near in space is anywhere
+/// along the chain. It visits some points several times.
+std::vector<Capsule> wadded(std::size_t count, int edge) {
+  std::vector<Capsule> links;
+  std::mt19937_64 random(1);
+  fcl::Vector3d at(0, 0, 0);
+  while (links.size() < count) {
+    fcl::Vector3d next = at;
+    const std::uint64_t drawn = random() >> 32;
+    next[static_cast<int>(drawn / 2 % 3)] += drawn % 2 == 0 ? 1 : -1;
+    if (next.minCoeff() < 0 || next.maxCoeff() >= edge) continue;
+    links.push_back({at, next, 0.2});
+    at = next;
+  }
+  return links;
+}
+
+/// Section 2.1: trees of a wad that is pulled straight after they were built.
+void addKept(const std::string& name, int edge) {
+  const std::vector<Capsule> after = linksOf(makeChain(Chain::kStraight, edge));
+  const std::vector<Capsule> before = wadded(after.size(), edge);
+  registerNumbers("Kept/" + name, {{"segments", static_cast<double>(after.size())},
+                                   {"chain", boxTests(alongChain(after.size()), after)},
+                                   {"kept", boxTests(inSpace(before), after)},
+                                   {"anew", boxTests(inSpace(after), after)}});
+}
+
+/// Boxes of a chain of which some joints have moved. What lies between two of these is rigid: its
+/// boxes stay in a frame of their own, and its pairs stay what they were.
+struct PrunedNodes : VolumeNodes<AxisBox> {
+  const std::vector<std::int32_t>& moved;  ///< by link: moved joints before it
+  std::size_t* tests;
+
+  bool isRigid(std::int32_t begin, std::int32_t end) const {
+    return moved[static_cast<std::size_t>(begin)] == moved[static_cast<std::size_t>(end) - 1];
+  }
+  bool overlap(Id a, Id b) const {
+    if (isRigid(tree[a].begin, tree[b].end)) return false;
+    ++*tests;
+    return VolumeNodes::overlap(a, b);
+  }
+};
+
+/// Section 3.1: what Lotan, Schwarzer, Halperin and Latombe (2002) leave out where few joints move.
+void addPruned(int edge, std::size_t joints) {
+  const std::vector<Capsule> links = linksOf(makeChain(Chain::kRandom, edge));
+  const BinaryTree tree(alongChain(links.size()));
+  std::vector<AxisBox> boxes(tree.size());
+  fitVolumes(tree, links, boxes);
+  std::vector<std::int32_t> moved(links.size());
+  std::vector<std::size_t> all(links.size() - 1);
+  std::iota(all.begin(), all.end(), 1);
+  std::shuffle(all.begin(), all.end(), std::mt19937_64(1));
+  joints = std::min(joints, all.size());
+  for (std::size_t i = 0; i < joints; ++i) moved[all[i]] = 1;
+  std::partial_sum(moved.begin(), moved.end(), moved.begin());
+
+  std::size_t tests = 0;
+  const PrunedNodes nodes{{tree, boxes}, moved, &tests};
+  PlainSelfQuery(nodes, 0, [](std::int32_t, std::int32_t) {});
+  double refitted = 0;
+  for (std::size_t i = 0; i < tree.size(); ++i) {
+    const BinaryTree::Node& node = tree[static_cast<std::int32_t>(i)];
+    if (!nodes.isRigid(node.begin, node.end)) ++refitted;
+  }
+  registerNumbers("Pruned/joints:" + std::to_string(joints),
+                  {{"segments", static_cast<double>(links.size())},
+                   {"joints", static_cast<double>(joints)},
+                   {"refitted", refitted},
+                   {"nodes", static_cast<double>(tree.size())},
+                   {"tests", static_cast<double>(tests)}});
+}
+
+/// The joints of the dynamic assembly whose angle changes in a step.
+void addJoints() {
+  const SceneSource source = openScene("paper-dynamic", {});
+  const FiberPolylines scenes[] = {source.make(50), source.make(51)};
+  double joints = 0, moved = 0;
+  for (std::size_t f = 0; f < scenes[0].fiberCount(); ++f) {
+    for (std::size_t i = scenes[0].point_begin[f] + 1; i + 1 < scenes[0].point_begin[f + 1]; ++i) {
+      double angle[2];
+      for (std::size_t k = 0; k < 2; ++k) {
+        const auto at = [&](std::size_t p) {
+          const Point& point = scenes[k].points[p];
+          return fcl::Vector3d(point[0], point[1], point[2]);
+        };
+        const fcl::Vector3d before = at(i) - at(i - 1), behind = at(i + 1) - at(i);
+        angle[k] = std::atan2(before.cross(behind).norm(), before.dot(behind));
+      }
+      constexpr double kStill = 1e-9;  // radians, far above rounding
+      joints += 1;
+      if (std::abs(angle[1] - angle[0]) > kStill) moved += 1;
+    }
+  }
+  registerNumbers("Joints/paper-dynamic", {{"joints", joints}, {"moved", moved}});
+}
+
+bool measureChainClaims(const Request&) {
+  for (const int edge : {4, 8, 16, 32}) {
+    const std::string name = "edge:" + std::to_string(edge);
+    addNeighbors("random/" + name, Chain::kRandom, edge);
+    addNeighbors("snake/" + name, Chain::kSnake, edge);
+    addKept(name, edge);
+  }
+  for (const std::size_t joints : {1, 10, 100, 1000, 1000000}) addPruned(32, joints);
+  addJoints();
+  return runRegistered();
+}
+
+const AddMeasure kMeasure("chain-claims", measureChainClaims);
+
+}  // namespace
+
+}  // namespace fcl_fibers::benchmarks
