@@ -16,7 +16,8 @@
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
 //   fcl_fibers_bench --measure=shapes|narrow [SCENE]
 //   fcl_fibers_bench --measure=arms|queries|clients|costs|sampling|dials|motion-dials
-//   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
+//   fcl_fibers_bench --measure=chain|chain-claims|radii|rods|pictures   the paper's
+//   fcl_fibers_bench --measure=cascade [SCENE] [--runs=N]           likewise
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper   likewise
 //   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
 //   fcl_fibers_bench --measure=volumes [SCENE]                      likewise
@@ -129,7 +130,17 @@
 //                         those of ours are estimates from a random "share" of the traversal: then
 //                         "made" are the tests that were made, and "error" is the relative standard
 //                         error
-//   Radii/...             radii of layered and wrapped spheres
+//   Radii/...             radii of layered and wrapped spheres; the largest relative change of the
+//                         root's in ten other orders of its beads, "by_order"; and of its "cages",
+//                         without the root, those that are "sticking_out" of the one above
+//   Cascade/<kept>/<by>   the paper's tree through the frames of the scene, in one plain loop: the
+//                         seconds to "build" it at the first, and those of an "update", the mean of
+//                         the others; the share of the cages that are made "anew", and the "worst"
+//                         of the updates; tests of a leaf or a cage below against a cage; mean and
+//                         largest radius at the end, times the least; and of Welzl's algorithm the
+//                         tests of a ball against a sphere, the mean of all frames
+//   Neighbors/..., Kept/..., Pruned/..., Joints/...   what is said of chains, in counts; see
+//                         measures/paper/chain_claims.cpp
 //   Volumes/<tree>/<kind> the paper's trees, binary, with other volumes in their nodes: one plain
 //                         query by one test at a time in double, without the exact test of leaves.
 //                         "fit" and "detection" are seconds, "bytes" are of one volume, and leaf

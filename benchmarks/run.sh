@@ -236,6 +236,7 @@ case $scenes in
       measure "chain_random_$edge" chain --chain=random --edge="$edge"
       measure "chain_snake_$edge" chain --chain=snake --edge="$edge"
     done
+    measure chain-claims chain-claims
     measure replay replay --scene=paper-dynamic
     against[paper]=paper_all
     for n in $fibers; do frames "static_$n" --limit=2 --scene="paper-static:fibers=$n"; done
@@ -283,6 +284,19 @@ case $scenes in
     styles strand-dense "$strand:area=3.077,deviation=0.00015"
     styles strand-loose "$strand:$loose"
     styles strand-loose-turned "$strand:$loose,turned=1"
+
+    # Enclosing spheres by Welzl's algorithm, and cascade verification as published. In the chain's
+    # order, the algorithm takes minutes on long fibers.
+    cascade() { measure "cascade_$1" cascade --scene="$2" --runs="$3" "${@:4}"; }
+    welzl='--benchmark_filter=exact|/welzl/|boxes'
+    cascade static paper-static:frames=0:5 3
+    cascade dynamic paper-dynamic:frames=0:100 3
+    cascade strand "$strand:$loose" 1 "$welzl"
+    cascade strand-10 "$strand:fibers=10,$loose" 3 '--benchmark_filter=anew|boxes'
+    cascade half-scalp "$scalp:length=7,wisp_fibers=300" 1 "$welzl"
+    for n in $(seq 50 50 1000); do
+      cascade "static_$n" "paper-static:fibers=$n" 3 '--benchmark_filter=anew/welzl|boxes'
+    done
 
     # What the paper left for later.
     volumes() { measure "volumes_$1" volumes --scene="$2"; }

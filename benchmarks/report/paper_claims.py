@@ -79,18 +79,36 @@ def static(parts):
     yield "4.1", what, "as published", f"{digits(min(found), 2)} to {digits(max(found), 2)}"
 
 
-def dynamic(parts):
-    part = parts.get("replay")
-    if part is None:
-        return
+REPLAYS = {
+    "replay": "the loop",
+    "replay_turned": "the loop, turned",
+    "replay_recorded": "recorded loads",
+}
+
+
+def correlations(part, motion):
+    """Of the times of detection with what is found."""
     touching = np.array(steps(part, "LayeredAABBTree/capsules", "pairs"))[:, 1]
     for name in (BOXES, SPHERES, DEFAULT["boxes"]):
         detection = np.array(steps(part, name, "detection"))[:, 1]
         pairs = np.array(steps(part, name, "pairs"))[:, 1]
         for what, numbers in (("touching pairs", touching), ("pairs reported", pairs)):
             found = np.corrcoef(numbers, detection)[0, 1]
-            row = f"correlation of detection with the {what}, by steps"
+            row = f"correlation of detection with the {what}, by steps of {motion}"
             yield "4.1", row, WHO[name], digits(found, 2)
+    what = f"pairs of a step, {motion}"
+    reported = np.array(steps(part, BOXES, "pairs"))[:, 1]
+    for who, numbers in (("touching", touching), ("overlapping boxes", reported)):
+        yield "4.1", what, who, span(numbers, count)
+
+
+def dynamic(parts):
+    for name, motion in REPLAYS.items():
+        if name in parts:
+            yield from correlations(parts[name], motion)
+    part = parts.get("replay")
+    if part is None:
+        return
     for name in (BOXES, SPHERES):
         update = np.array(steps(part, name, "update"))[:, 1]
         what = "slowest / fastest update of the dynamic assembly"
@@ -104,8 +122,112 @@ def dynamic(parts):
     yield "3.1", what, WHO[SPHERES], shown
 
 
+def growth(part_of, kind, names, key):
+    """The power that `key` grows with from the last size but one to the last."""
+    points = [part_of.medians(kind, name, "segments", key) for name in names]
+    return digits(exponent(sorted(points)[-2:]))
+
+
+def span(values, form):
+    """Least and greatest."""
+    low, high = form(min(values)), form(max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def single_chains(parts):
+    """Of --measure=chain-claims."""
+    part = parts.get("chain-claims")
+    if part is None:
+        return
+    for kind in ("random", "snake"):
+        names = [name for name in part.names("Neighbors") if name.startswith(kind)]
+        what = f"spheres that the sphere of one link meets at most, {kind} chains"
+        most = [part.median("Neighbors", name, "most") for name in names]
+        segments = [part.median("Neighbors", name, "segments") for name in names]
+        yield "2", what, f"{span(segments, count)} links", span(most, count)
+    for key, who in (
+        ("kept", "tree that follows space, kept"),
+        ("anew", "tree that follows space, built anew"),
+        ("chain", "boxes, as published"),
+    ):
+        what = "power of the links that tests grow with once a wad of chain is pulled straight"
+        yield "2.1", what, who, growth(part, "Kept", part.names("Kept"), key)
+    names = sorted(part.names("Pruned"), key=lambda name: part.median("Pruned", name, "joints"))
+    all_tests, all_nodes = part.medians("Pruned", names[-1], "tests", "nodes")
+    for name in names:
+        joints, tests, refitted = part.medians("Pruned", name, "joints", "tests", "refitted")
+        what = "share of boxes refitted, and of tests left, if so many joints of a chain move"
+        shown = f"{percent(refitted, all_nodes)}, {percent(tests, all_tests)}"
+        yield "3.1", what, f"{count(joints)} joints", shown
+    moved, joints = part.medians("Joints", "paper-dynamic", "moved", "joints")
+    what = "share of joints that move in a step of the dynamic assembly"
+    yield "3.1", what, "fibers", percent(moved, joints)
+
+
+def beads(parts):
+    """Of --measure=radii."""
+    part = parts.get("radii")
+    if part is None:
+        return
+    for kind in ("layered", "wrapped"):
+        changes = [part.median("Radii", name, kind + "_by_order") for name in part.names("Radii")]
+        what = "change of the root's radius by another order of beads, at most"
+        yield "2.2", what, f"{kind} spheres", f"{max(changes):.1g}"
+    assembly = [name for name in part.names("Radii") if name.startswith("paper-static")]
+    if assembly:
+        cages, out = part.medians("Radii", assembly[-1], "cages", "sticking_out")
+        what = "cages that stick out of the cage above (Figure 4)"
+        yield "2.2", what, "static assembly", percent(out, cages)
+
+
+def welzl(parts):
+    """How Welzl's algorithm grows, and whether it has peaks."""
+    sizes = list(numbered(parts, "cascade_static").values())
+    if len(sizes) < 2:
+        return
+    for name, who in (("welzl", "Welzl"), ("welzl_in_order", "Welzl, in the chain's order")):
+        points = [p.medians("Cascade", f"anew/{name}", "segments", "ball_tests") for p in sizes]
+        what = "power of the segments that the tests of balls of a tree grow with"
+        yield "2.3", what, who, digits(exponent(points))
+        tests = [tests for _, tests in points]
+        peaks = [a / b for i, a in enumerate(tests) for b in tests[i + 1 :]]
+        what = "tests of balls at one size / at a larger one, at most"
+        yield "4.1", what, who, digits(max(peaks), 2)
+        builds = [
+            part.median("Cascade", f"anew/{name}", "build")
+            / part.median("Cascade", "boxes/union", "build")
+            for part in sizes
+        ]
+        what = "making all spheres of the static assembly / making its boxes"
+        yield "4.1", what, who, span(builds, lambda value: digits(value, 2))
+    bytes_of = [sizes[0].median("Cascade", f"boxes/{name}", "bytes") for name in ("union", "basis")]
+    yield "3.1", "bytes of a box, alone and with its basis", "boxes", ", ".join(
+        map(count, bytes_of)
+    )
+    few = parts.get("cascade_strand-10")
+    if few is not None:
+        build = few.median("Cascade", "anew/welzl_in_order", "build")
+        boxes = few.median("Cascade", "boxes/union", "build")
+        what = "making all spheres of ten fibers of the strand / making its boxes"
+        yield "4.1", what, "Welzl, in the chain's order", digits(build / boxes, 2)
+
+
+def opened(parts):
+    found = chosen(parts, "volumes_{}", VOLUME_SCENES).values()
+    for tree, when in TREES.items():
+        ratios = [
+            part.median("Volumes", f"{tree}/boxes_by_volume", "volume_tests")
+            / part.median("Volumes", f"{tree}/boxes", "volume_tests")
+            for part in found
+            if part.has("Volumes", f"{tree}/boxes_by_volume")
+        ]
+        if ratios:
+            what = "tests, the box of larger volume opened / that of larger sum of edges"
+            yield "2", what, f"boxes, {when}", span(ratios, lambda value: digits(value, 3))
+
+
 def table(parts):
-    makers = (chains, radii, axes, dynamic, static)
+    makers = (chains, radii, axes, dynamic, static, single_chains, beads, welzl, opened)
     rows = sorted(row for make in makers for row in make(parts))
     return Table(
         "paper-claims",

@@ -24,6 +24,7 @@ import motion
 import narrow
 import obstacles
 import paper
+import paper_cascade
 import paper_claims
 import paper_pictures
 import paper_table
@@ -55,6 +56,7 @@ DOCUMENTED = {
         "table-1-ratios",
         "paper-styles",
         "paper-claims",
+        "paper-cascade",
         "paper-volumes",
     ),
     "python": ("python-steps", "python-costs"),
@@ -207,7 +209,8 @@ def trade_offs(folder):
 
 
 def paper_again(folder):
-    names = ("radii", "rods", "replay", "axis_turned_0", "axis_turned_1", "pictures")
+    names = ("radii", "rods", "axis_turned_0", "axis_turned_1", "pictures", "chain-claims")
+    names += (*paper_claims.REPLAYS, "cascade_strand-10")
     wanted = {name: name for name in names}
     wanted |= {"static assembly": r"static_\d+", "chains": r"chain_(random|snake)_\d+"}
     wanted |= {f"table of {name}": f"table_{name}" for name in paper_table.SCENES}
@@ -215,6 +218,8 @@ def paper_again(folder):
     wanted |= {f"slow tree {name}": f"long_{name}" for name in paper_table.SLOW}
     wanted |= {f"volumes of {name}": f"volumes_{name}" for name in paper_claims.VOLUME_SCENES}
     wanted |= {f"style {name}": f"styles_{name}" for name in paper_table.STYLES}
+    wanted |= {f"cages of {name}": f"cascade_{name}" for name in paper_cascade.SCENES}
+    wanted |= {"sizes of cages": r"cascade_static_\d+"}
     report = Report("paper", "The paper's measurements, again", folder, wanted)
     parts = report.parts
     if "frames_hair" in parts:
@@ -225,7 +230,12 @@ def paper_again(folder):
         report.add(f"table_({'|'.join(ours)})", paper_table.table_one, parts, hard)
     report.add("table_(?!hair).*", paper_table.ratios, parts)
     report.add("styles_.*", paper_table.styles, parts)
-    report.add(r"(chain|axis|static)_.*|radii|replay", paper_claims.table, parts)
+    report.add(
+        r"(chain|axis|static|cascade_static)_.*|radii|replay|chain-claims",
+        paper_claims.table,
+        parts,
+    )
+    report.add(f"cascade_({'|'.join(paper_cascade.SCENES)})", paper_cascade.table, parts)
     report.add("volumes_.*", paper_claims.volumes, parts)
     for number, (phase, what) in enumerate(zip(paper_table.PHASES, paper_table.PHASE_TITLES), 7):
         title = f"Fig. {number}. Time of {what}"

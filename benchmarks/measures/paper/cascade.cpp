@@ -7,6 +7,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -319,32 +320,48 @@ double replayBoxes(const Steps& steps, bool cascades, Numbers& numbers) {
   return numbers["update"];
 }
 
+/// Who makes a cage anew: the library, from the basis that the cage had, or Welzl's algorithm.
+enum class Solver { kExact, kWelzl, kWelzlInOrder };
+
+double replayWith(Solver solver, const Steps& steps, Kept kept, Verified verified,
+                  std::uint64_t seed, Numbers& numbers) {
+  if (solver == Solver::kExact) {
+    const auto exact = [](const Ball* balls, int count, const geometry::Basis& start) {
+      return enclosingSphere(balls, count, start);
+    };
+    return replaySpheres(steps, kept, verified, exact, numbers);
+  }
+  Welzl welzl(solver == Solver::kWelzl, seed);
+  const auto enclose = [&](const Ball* balls, int count, const geometry::Basis&) {
+    return welzl.around(balls, count);
+  };
+  const double taken = replaySpheres(steps, kept, verified, enclose, numbers);
+  numbers["ball_tests"] =
+      static_cast<double>(welzl.tests) / static_cast<double>(steps.balls.size());
+  return taken;
+}
+
 bool measureCascade(const Request& request) {
   const Steps steps(request.scene);
-  const auto exact = [](const Ball* balls, int count, const geometry::Basis& start) {
-    return enclosingSphere(balls, count, start);
-  };
-  const auto add = [&](const std::string& name, Kept kept, Verified verified, int solver) {
-    registerRuns("Cascade/" + name, request.runs, [&, kept, verified, solver](Numbers& numbers) {
-      if (solver == 0) return replaySpheres(steps, kept, verified, exact, numbers);
-      Welzl welzl(/*shuffles=*/solver == 1);
-      const auto enclose = [&](const Ball* balls, int count, const geometry::Basis&) {
-        return welzl.around(balls, count);
-      };
-      const double taken = replaySpheres(steps, kept, verified, enclose, numbers);
-      numbers["ball_tests"] = static_cast<double>(welzl.tests);
-      numbers["spheres"] = static_cast<double>(welzl.spheres);
-      return taken;
-    });
-  };
-  const std::pair<const char*, int> kSolvers[] = {{"exact", 0}, {"welzl", 1}, {"welzl_chain", 2}};
+  const std::pair<const char*, Solver> kSolvers[] = {{"exact", Solver::kExact},
+                                                     {"welzl", Solver::kWelzl},
+                                                     {"welzl_in_order", Solver::kWelzlInOrder}};
+  const std::tuple<const char*, Kept, Verified> kPolicies[] = {
+      {"anew", Kept::kNever, Verified::kByCages},
+      {"where_it_was", Kept::kWhereItWas, Verified::kByLeaves},
+      {"basis_by_leaves", Kept::kByBasis, Verified::kByLeaves},
+      {"basis", Kept::kByBasis, Verified::kByCages},
+      {"least", Kept::kWhileLeast, Verified::kByCages}};
   for (const auto& [name, solver] : kSolvers) {
-    const std::string end = std::string("/") + name;
-    add("anew" + end, Kept::kNever, Verified::kByCages, solver);
-    add("where_it_was" + end, Kept::kWhereItWas, Verified::kByLeaves, solver);
-    add("basis_by_leaves" + end, Kept::kByBasis, Verified::kByLeaves, solver);
-    add("basis" + end, Kept::kByBasis, Verified::kByCages, solver);
-    add("least" + end, Kept::kWhileLeast, Verified::kByCages, solver);
+    for (const auto& [policy, kept, verified] : kPolicies) {
+      // How the leaves are verified does not depend on who makes a cage.
+      if (solver != Solver::kExact && verified == Verified::kByCages && kept != Kept::kNever) break;
+      registerRuns(std::string("Cascade/") + policy + "/" + name, request.runs,
+                   [&, kept = kept, verified = verified, solver = solver,
+                    seed = std::uint64_t{0}](Numbers& numbers) mutable {
+                     return replayWith(solver, steps, kept, verified, ++seed, numbers);
+                   });
+    }
   }
   for (const bool cascades : {false, true}) {
     registerRuns(std::string("Cascade/boxes/") + (cascades ? "basis" : "union"), request.runs,

@@ -183,6 +183,7 @@ bool measureChainClaims(const Request&) {
     addNeighbors("snake/" + name, Chain::kSnake, edge);
     addKept(name, edge);
   }
+  addKept("edge:48", 48);
   for (const std::size_t joints : {1, 10, 100, 1000, 1000000}) addPruned(32, joints);
   addJoints();
   return runRegistered();

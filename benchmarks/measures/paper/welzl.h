@@ -21,7 +21,7 @@ class Welzl {
   /// @param shuffles  whether balls come in random order, which makes the expected time linear,
   /// else
   ///   in that of the chain
-  explicit Welzl(bool shuffles) : shuffles_(shuffles) {}
+  Welzl(bool shuffles, std::uint64_t seed) : shuffles_(shuffles), random_(seed) {}
 
   geometry::EnclosingSphere around(const geometry::Ball* balls, int count) {
     balls_ = balls;
@@ -80,7 +80,7 @@ class Welzl {
 
   static constexpr double kTolerance = 1e-12;
   bool shuffles_;
-  std::mt19937_64 random_{1};
+  std::mt19937_64 random_;
   const geometry::Ball* balls_ = nullptr;
   std::vector<int> order_;
   std::array<int, 4> basis_{};

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Enclosing spheres by Welzl's algorithm, and what verifies them, beside boxes."""
+
+from tables import Table, chosen, digits, percent, time
+
+SCENES = {
+    "static": "static assembly",
+    "dynamic": "dynamic assembly",
+    "strand": "loose strand of 1,000",
+    "half-scalp": "half scalp in wisps",
+}
+BOXES = "boxes/union"
+SOLVERS = {
+    "exact": "spheres",
+    "welzl": "spheres by Welzl's algorithm",
+    "welzl_in_order": "spheres by Welzl's algorithm, in the chain's order",
+}
+POLICIES = {
+    "anew": "all made anew",
+    "where_it_was": "kept where it was while no leaf leaves it",
+    "basis_by_leaves": "kept while no leaf leaves the sphere of its basis, each leaf tested",
+    "basis": "kept while no leaf leaves the sphere of its basis, the cages below tested",
+    "least": "kept while that sphere is the least, too (the library)",
+}
+CAPTION = (
+    "Update of the paper's tree in one plain loop, as a multiple of that of boxes, which the first "
+    "row has; the share of the cages that are made anew; and the mean radius, as a multiple of the "
+    "least. Welzl's algorithm takes its balls in random order, unless the chain's order is named."
+)
+
+
+def cell(part, name):
+    if not part.has("Cascade", name):
+        return "-"
+    boxes = part.median("Cascade", BOXES, "update")
+    update, anew = part.medians("Cascade", name, "update", "anew")
+    if name == BOXES:
+        return time(update)
+    text = f"{digits(update / boxes, 2)} / {percent(anew, 1)}"
+    if name.startswith("boxes"):
+        return text
+    return f"{text} / {digits(part.median('Cascade', name, 'loose'), 4)}"
+
+
+def table(parts):
+    found = chosen(parts, "cascade_{}", SCENES)
+    titles = {BOXES: "boxes, united bottom up", "boxes/basis": "boxes, kept while a basis holds"}
+    for solver, who in SOLVERS.items():
+        titles |= {f"{kept}/{solver}": f"{who}, {what}" for kept, what in POLICIES.items()}
+    rows = [[t, *(cell(part, name) for part in found.values())] for name, t in titles.items()]
+    rows = [row for row in rows if set(row[1:]) != {"-"}]
+    header = ["", *(SCENES[name] for name in found)]
+    return Table("paper-cascade", "Cascade verification", header, rows, CAPTION)
