@@ -38,6 +38,10 @@ void requireRod(const CosseratRod& rod) {
       refuseArgument("solveRod", "a bending stiffness", rod.bending_stiffness[k],
                      "give finite stiffnesses above 0");
     }
+    if (!(rod.shear_stiffness[k] > 0)) {
+      refuseArgument("solveRod", "a shear stiffness", rod.shear_stiffness[k],
+                     "give stiffnesses above 0, infinity for none of that strain");
+    }
   }
   requireFinite("a reference curvature", rod.reference_curvature);
   requireFinite("a coordinate of the base", rod.base_point);
@@ -51,6 +55,7 @@ void requireLoad(const RodLoad& load) {
   requireFinite("a component of the tip force", load.tip_force);
   requireFinite("a component of the tip torque", load.tip_torque);
   requireFinite("a component of the distributed force", load.distributed_force);
+  requireFinite("a component of the distributed torque", load.distributed_torque);
 }
 
 void requireResolution(double turn_or_spacing, double limit, int segments, const char* what) {
@@ -146,11 +151,13 @@ State solveFromUnloaded(RodEquations& equations, const RodLoad& load, double len
 }  // namespace
 
 RodLoad scaled(const RodLoad& load, double share) {
-  return {share * load.tip_force, share * load.tip_torque, share * load.distributed_force};
+  return {share * load.tip_force, share * load.tip_torque, share * load.distributed_force,
+          share * load.distributed_torque};
 }
 
 RodLoad turned(const RodLoad& load, const Quaternion& turn) {
-  return {turn * load.tip_force, turn * load.tip_torque, turn * load.distributed_force};
+  return {turn * load.tip_force, turn * load.tip_torque, turn * load.distributed_force,
+          turn * load.distributed_torque};
 }
 
 RodShape solveRod(const CosseratRod& rod, const RodLoad& load, int segments,
@@ -174,6 +181,11 @@ RodShape solveRod(const CosseratRod& rod, const RodLoad& load, int segments,
   if (!solved) state = solveFromUnloaded(equations, load, rod.length, base);
   requireResolution(equations.largestTurn(), kLargestTurn, segments,
                     "the angle from one to the next");
+  const double stretch = equations.leastStretch();
+  if (!(stretch > 0)) {
+    throw std::runtime_error("solveRod: the load presses the rod to " + std::to_string(stretch) +
+                             " of its length; give a smaller load or a larger shear stiffness");
+  }
   return equations.shape(state, rod.base_point);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,15 +16,20 @@ using Rotation = Eigen::Quaternion<double, Eigen::DontAlign>;
 /// the directors d1, d2, d3 as columns, in world coordinates; r(s) is the centre line. Strains are
 /// components along the directors:
 ///
-///     R' = R [u]x,  r' = d3,  m = R K (u - u^)
+///     R' = R [u]x,  r' = R v,  m = R K (u - u^),  n = R I (v - e3)
 ///
-/// with the diagonal stiffness K and the strains u^ of the rod without load. It neither shears nor
-/// stretches. Antman, Nonlinear Problems of Elasticity, 2005, chapter 8.
+/// with the diagonal stiffnesses K and I, and the strains u^ and e3 = (0, 0, 1) of the rod without
+/// load. Antman, Nonlinear Problems of Elasticity, 2005, chapter 8.
 struct CosseratRod {
   double length = 1;  ///< in s; positive
 
   /// K: bending about d1 and d2, twist about d3; force times length squared. Positive.
   Eigen::Vector3d bending_stiffness = {1, 1, 1};
+
+  /// I: shear along d1 and d2, stretch along d3; force. Positive; infinite for a rod that neither
+  /// shears nor stretches.
+  Eigen::Vector3d shear_stiffness =
+      Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
 
   /// u^: curvatures and twist per length. Zero for a straight rod.
   Eigen::Vector3d reference_curvature = {0, 0, 0};
@@ -34,9 +40,10 @@ struct CosseratRod {
 
 /// What acts on a rod, in the world frame, whatever the rod does.
 struct RodLoad {
-  Eigen::Vector3d tip_force = {0, 0, 0};          ///< at s = length
-  Eigen::Vector3d tip_torque = {0, 0, 0};         ///< at s = length
-  Eigen::Vector3d distributed_force = {0, 0, 0};  ///< per length, such as weight
+  Eigen::Vector3d tip_force = {0, 0, 0};           ///< at s = length
+  Eigen::Vector3d tip_torque = {0, 0, 0};          ///< at s = length
+  Eigen::Vector3d distributed_force = {0, 0, 0};   ///< f, per length, such as weight
+  Eigen::Vector3d distributed_torque = {0, 0, 0};  ///< g, per length
 };
 
 /// A load of which all is so many times as large, or turned.
@@ -49,7 +56,7 @@ RodLoad turned(const RodLoad& load, const Eigen::Quaterniond& turn);
 struct RodShape {
   double spacing = 0;                     ///< of the points, in s
   std::vector<Eigen::Vector3d> points;    ///< r
-  std::vector<Eigen::Vector3d> tangents;  ///< r'
+  std::vector<Eigen::Vector3d> tangents;  ///< r', of length 1 if the rod does not stretch
   std::vector<Eigen::Vector3d> bends;     ///< r''
   std::vector<Rotation> frames;           ///< R, of unit length to rounding
   std::vector<Eigen::Vector3d> moments;   ///< m, in the world frame
@@ -69,18 +76,18 @@ struct RodShape {
 
 /// The equilibrium of the rod under the load. Error of fourth order in the distance of points.
 ///
-/// The internal force n(s) = tip_force + (length - s) distributed_force is known, so that frame and
-/// moment alone are unknown, with R(0) and m(length) given. They are solved for at all points at
-/// once, which stays well-conditioned however long and soft the rod is, where shooting from the
-/// base loses a digit for every 2.3 bending lengths sqrt(K / |n|). Where there are several
-/// equilibria, it is a stable one near the guess; without a guess, one that the rod without load
-/// leads to as the load grows, stable if such a one is found.
+/// The internal force n(s) = tip_force + (length - s) distributed_force is known, and with it v as
+/// a function of the frame. So frame and moment alone are unknown, with R(0) and m(length) given.
+/// They are solved for at all points at once, which stays well-conditioned however long and soft
+/// the rod is, where shooting from the base loses a digit for every 2.3 bending lengths sqrt(K /
+/// |n|). Where there are several equilibria, it is a stable one near the guess; without a guess,
+/// one that the rod without load leads to as the load grows, stable if such a one is found.
 ///
 /// `guess` is the shape of a similar rod of the same number of segments, for instance under a
 /// load that differs a little; it is turned to this rod's base. A poor one costs time only.
 ///
 /// Throws std::invalid_argument where a parameter is none, and std::runtime_error where the points
-/// are too few for the shape, or no equilibrium is found.
+/// are too few for the shape, no equilibrium is found, or a rod is pressed to nothing.
 RodShape solveRod(const CosseratRod& rod, const RodLoad& load, int segments,
                   const RodShape* guess = nullptr);
 

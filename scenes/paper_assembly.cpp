@@ -44,8 +44,10 @@ AssemblyFiber drawAssemblyFiber(std::uint64_t seed, std::size_t fiber, double ar
 
 RodLoad loadOf(const AssemblyFiber& fiber, const RodLoad& load) {
   const Eigen::AngleAxisd turn(fiber.turn, Vector::UnitZ());
-  return {fiber.force_scale * (turn * load.tip_force),
-          fiber.torque_scale * (turn * load.tip_torque)};
+  RodLoad own;
+  own.tip_force = fiber.force_scale * (turn * load.tip_force);
+  own.tip_torque = fiber.torque_scale * (turn * load.tip_torque);
+  return own;
 }
 
 // Shapes of the guide filament in the states 0 to `last`.
@@ -88,7 +90,9 @@ std::vector<RodLoad> loopTrajectory() {
     const double double_wave = std::sin(2 * kPi * a);
     const Vector force = kLoopForce * Vector(b, -wave, double_wave);
     const Vector torque = loop_torque * Vector(b, 0.1 * wave, 0.2 * double_wave);
-    trajectory.push_back({force.unaryExpr(&rounded), torque.unaryExpr(&rounded)});
+    RodLoad& load = trajectory.emplace_back();
+    load.tip_force = force.unaryExpr(&rounded);
+    load.tip_torque = torque.unaryExpr(&rounded);
   }
   return trajectory;
 }

@@ -206,7 +206,8 @@ FiberPolylines makePaperHalfScalp(const PaperHalfScalpParameters& parameters) {
 
   CosseratRod rod = hair(parameters.length);
   const double sway = kTipSway * std::sin(kTipSwayPerFrame * parameters.frame);
-  const RodLoad load = {{kTipPull, sway, 0}, {0, 0, 0}, {0, 0, 0}};
+  RodLoad load;
+  load.tip_force = {kTipPull, sway, 0};
   std::vector<RodShape> guesses;
   for (int i = 0; i < kGuesses; ++i) {
     rod.reference_curvature = {0, -style.curvature(static_cast<double>(i) / (kGuesses - 1)), 0};

@@ -118,12 +118,15 @@ double RodEquations::evaluate(const State& state) {
     const Vector m = node.frame.transpose() * state.moments[i];
     const Vector n = node.frame.transpose() * node.force;
     const Vector u = reference_curvature_ + bending_compliance_.cwiseProduct(m);
-    const Vector v = Vector::UnitZ();
+    const Vector v = Vector::UnitZ() + shear_compliance_.cwiseProduct(n);
+    const Vector v_slope =
+        -shear_compliance_.cwiseProduct(node.frame.transpose() * weight + u.cross(n));
+    const Vector g = node.frame.transpose() * load_.distributed_torque;
     node.curvature = u;
-    node.curvature_slope = bending_compliance_.cwiseProduct(n.cross(v) - u.cross(m));
+    node.curvature_slope = bending_compliance_.cwiseProduct(n.cross(v) - g - u.cross(m));
     node.tangent = node.frame * v;
-    node.bend = node.frame * u.cross(v);
-    node.torque = node.force.cross(node.tangent);
+    node.bend = node.frame * (u.cross(v) + v_slope);
+    node.torque = node.force.cross(node.tangent) - load_.distributed_torque;
     node.torque_slope = node.force.cross(node.bend) - weight.cross(node.tangent);
   }
 
@@ -150,6 +153,12 @@ double RodEquations::largestTurn() const {
   double largest = 0;
   for (const Interval& interval : intervals_) largest = std::max(largest, interval.turn.norm());
   return largest;
+}
+
+double RodEquations::leastStretch() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Node& node : nodes_) least = std::min(least, node.frame.col(2).dot(node.tangent));
+  return least;
 }
 
 RodShape RodEquations::shape(const State& state, const Vector& base_point) const {
@@ -190,8 +199,10 @@ void RodEquations::differentiate(const State& state, std::size_t i, Derivatives&
   d.curvature_by_moment = bending_compliance_.asDiagonal() * frame.transpose();
   d.curvature_by_turn = timesCross(d.curvature_by_moment, m);
 
-  const Matrix bending = frame * d.curvature_by_moment;  // R K^-1 R^T
-  const Matrix tangent_by_turn = -crossMatrix(node.tangent);
+  const Matrix bending = frame * d.curvature_by_moment;                             // R K^-1 R^T
+  const Matrix shear = frame * shear_compliance_.asDiagonal() * frame.transpose();  // R I^-1 R^T
+  const Matrix shear_n = timesCross(shear, n);
+  const Matrix tangent_by_turn = shear_n - crossMatrix(node.tangent);
   d.torque_by_turn = crossTimes(n, tangent_by_turn);
 
   d.curvature_slope_by_moment.noalias() =
@@ -201,7 +212,9 @@ void RodEquations::differentiate(const State& state, std::size_t i, Derivatives&
   d.curvature_slope_by_turn += timesCross(d.curvature_slope_by_moment, m);
 
   const Matrix bend_by_moment = tangent_by_turn * bending;
-  const Matrix bend_by_turn = timesCross(bend_by_moment, m) - crossMatrix(node.bend);
+  const Matrix bend_by_turn = timesCross(bend_by_moment, m) + timesCross(shear, n_slope) -
+                              timesCross(timesCross(shear, w), n) + crossTimes(w, shear_n) -
+                              crossMatrix(node.bend);
   d.torque_slope_by_moment = crossTimes(n, bend_by_moment);
   d.torque_slope_by_turn = crossTimes(n, bend_by_turn) + crossTimes(n_slope, tangent_by_turn);
 }

@@ -39,6 +39,7 @@ class RodEquations {
 
   RodEquations(const CosseratRod& rod, const RodLoad& load, int segments)
       : bending_compliance_(rod.bending_stiffness.cwiseInverse()),
+        shear_compliance_(rod.shear_stiffness.cwiseInverse()),
         reference_curvature_(rod.reference_curvature),
         load_(load),
         length_(rod.length),
@@ -60,6 +61,8 @@ class RodEquations {
   double residual() const { return residual_; }
   int iterations() const { return iterations_; }
   double largestTurn() const;
+  /// The least length along d3 that is left of a rod of length 1.
+  double leastStretch() const;
   double largestForce() const {
     return std::max(load_.tip_force.norm(),
                     (load_.tip_force + length_ * load_.distributed_force).norm());
@@ -121,7 +124,7 @@ class RodEquations {
   bool momentsSettle(const State& state) const;
   void move(const State& from, double share, State& to) const;
 
-  Vector bending_compliance_, reference_curvature_;
+  Vector bending_compliance_, shear_compliance_, reference_curvature_;
   RodLoad load_;
   double length_, spacing_, moment_unit_;
   std::vector<Node> nodes_;

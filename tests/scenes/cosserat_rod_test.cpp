@@ -35,6 +35,7 @@ CosseratRod generalRod() {
   CosseratRod rod;
   rod.length = 8;
   rod.bending_stiffness = {2, 3, 1.5};
+  rod.shear_stiffness = {50, 70, 200};
   rod.reference_curvature = {0.3, 0.1, 0.4};
   rod.base_point = {1, -2, 3};
   rod.base_frame = Rotation(Eigen::AngleAxisd(0.7, Vector3d(1, 2, -1).normalized()));
@@ -46,6 +47,7 @@ RodLoad generalLoad() {
   load.tip_force = {0.05, -0.2, 0.1};
   load.tip_torque = {0.3, 0.2, -0.4};
   load.distributed_force = {0.01, 0.02, -0.03};
+  load.distributed_torque = {-0.02, 0.03, 0.05};
   return load;
 }
 
@@ -130,6 +132,50 @@ TEST(CosseratRod, BendsAtTheBaseOnlyWhereLongAndSoft) {
   }
 }
 
+TEST(CosseratRod, StretchesAndShearsByHooke) {
+  // If this fails, force does not strain: stretch F L / EA; a cantilever's F L / GA beside
+  // F L^3 / 3 EI (Timoshenko).
+  CosseratRod rod = rodOf(3, {5, 5, 5});
+  rod.shear_stiffness = {40, 40, 100};
+  RodLoad pull;
+  pull.tip_force = {0, 0, 10};
+  const RodShape pulled = solveRod(rod, pull, 10);
+  for (std::size_t i = 0; i < pulled.points.size(); ++i) {
+    EXPECT_LE((pulled.points[i] - Vector3d(0, 0, 1.1 * arcLength(rod, i, 10))).norm(), 1e-14);
+  }
+  RodLoad push;
+  const double force = 1e-5;
+  push.tip_force = {force, 0, 0};
+  const double shear = force * 3 / 40;
+  const double bending = force * 27 / (3 * 5);
+  EXPECT_NEAR(solveRod(rod, push, 100).points.back().x(), shear + bending, 1e-6 * shear);
+
+  pull.tip_force = {0, 0, -101};
+  rod.length = 0.1;  // too short to buckle
+  rod.bending_stiffness = {100, 100, 100};
+  EXPECT_THAT([&] { solveRod(rod, pull, 10); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("presses the rod to -0.01")));
+}
+
+TEST(CosseratRod, TorqueAlongTheRodAddsUpToItsBase) {
+  // If this fails, a torque per length acts as none: m = g (L - s), so that the twist is
+  // g (L s - s^2 / 2) / C, and in a plane the angle that bending turns d3 by is the same over B.
+  const double torque = 0.3, length = 2;
+  const CosseratRod rod = rodOf(length, {4, 3, 1.5});
+  RodLoad load;
+  for (const int axis : {0, 1, 2}) {
+    load.distributed_torque = torque * Vector3d::Unit(axis);
+    const RodShape shape = solveRod(rod, load, 40);
+    for (std::size_t i = 0; i < shape.points.size(); ++i) {
+      const double s = arcLength(rod, i, 40);
+      const double angle = torque * (length * s - s * s / 2) / rod.bending_stiffness[axis];
+      const Rotation expected(Eigen::AngleAxisd(angle, Vector3d::Unit(axis)));
+      EXPECT_LE(shape.frames[i].angularDistance(expected), 1e-10) << axis << " at " << s;
+      EXPECT_LE((shape.moments[i] - (length - s) * load.distributed_torque).norm(), 1e-12);
+    }
+  }
+}
+
 TEST(CosseratRod, ForcesAndMomentsBalanceAlongTheShape) {
   // If this fails, the shape is not in equilibrium: Antman, Nonlinear Problems of Elasticity, 2005,
   // chapter 8, integrated from s to the tip.
@@ -146,9 +192,9 @@ TEST(CosseratRod, ForcesAndMomentsBalanceAlongTheShape) {
     }
     const double s = arcLength(rod, i, segments);
     const Vector3d arm = weighed - (rod.length - s) * shape.points[i];
-    const Vector3d expected = load.tip_torque +
-                              (shape.points.back() - shape.points[i]).cross(load.tip_force) +
-                              arm.cross(load.distributed_force);
+    const Vector3d expected =
+        load.tip_torque + (shape.points.back() - shape.points[i]).cross(load.tip_force) +
+        arm.cross(load.distributed_force) + (rod.length - s) * load.distributed_torque;
     EXPECT_LE((shape.moments[i] - expected).norm(), 1e-8) << s;
   }
   EXPECT_LE(shape.residual, 1e-10);
@@ -156,7 +202,7 @@ TEST(CosseratRod, ForcesAndMomentsBalanceAlongTheShape) {
 
 TEST(CosseratRod, StrainsObeyTheirLaws) {
   // If this fails, frames and points do not follow from moment and force: differences of the shape
-  // against d3 and K^-1, to second order of their distance.
+  // against K^-1 and I^-1, to second order of their distance.
   const CosseratRod rod = generalRod();
   const RodLoad load = generalLoad();
   const int segments = 4000;
@@ -167,7 +213,10 @@ TEST(CosseratRod, StrainsObeyTheirLaws) {
   for (std::size_t i = 1; i + 1 < shape.points.size(); ++i) {
     const Eigen::Matrix3d frame = shape.frames[i].toRotationMatrix();
     const Vector3d v = frame.transpose() * (shape.points[i + 1] - shape.points[i - 1]) / (2 * h);
-    EXPECT_LE((v - Vector3d::UnitZ()).norm(), 2e-6);
+    const Vector3d force =
+        load.tip_force + (rod.length - arcLength(rod, i, segments)) * load.distributed_force;
+    const Vector3d strain = v - Vector3d::UnitZ();
+    EXPECT_LE((strain.cwiseProduct(rod.shear_stiffness) - frame.transpose() * force).norm(), 4e-4);
     const Eigen::AngleAxisd turn(shape.frames[i - 1].conjugate() * shape.frames[i + 1]);
     const Vector3d u = turn.angle() * turn.axis() / (2 * h);
     EXPECT_LE(((u - rod.reference_curvature).cwiseProduct(rod.bending_stiffness) -
@@ -288,6 +337,9 @@ TEST(CosseratRod, RefusesParametersThatAreNone) {
     refuses([=](auto& rod, auto&, int&) { rod.bending_stiffness[1] = bad; },
             "a bending stiffness is ");
   }
+  for (const double bad : {0.0, -1.0, std::nan("")}) {
+    refuses([=](auto& rod, auto&, int&) { rod.shear_stiffness[2] = bad; }, "a shear stiffness is ");
+  }
   for (const double bad : {std::nan(""), kInfinity}) {
     refuses([=](auto& rod, auto&, int&) { rod.reference_curvature[0] = bad; },
             "a reference curvature is ");
@@ -299,6 +351,8 @@ TEST(CosseratRod, RefusesParametersThatAreNone) {
             "a component of the tip torque");
     refuses([=](auto&, auto& load, int&) { load.distributed_force[2] = bad; },
             "a component of the distributed force");
+    refuses([=](auto&, auto& load, int&) { load.distributed_torque[1] = bad; },
+            "a component of the distributed torque");
   }
   refuses([](auto& rod, auto&, int&) { rod.base_frame.w() = 2; },
           "the norm of the base frame is 2");
