@@ -14,6 +14,7 @@
 
 #include "scenes/cap.h"
 #include "scenes/helix.h"
+#include "scenes/load_file.h"
 #include "scenes/paper_scenes.h"
 #include "tools/messages.h"
 
@@ -62,6 +63,14 @@ class Parameters {
     const Number number = parsed<Number>(key, found->second);
     keys_.erase(found);
     return number;
+  }
+
+  std::string takeText(const char* key) {
+    const auto found = keys_.find(key);
+    if (found == keys_.end()) return "";
+    const std::string text = found->second;
+    keys_.erase(found);
+    return text;
   }
 
   int takeFibers(int otherwise) {
@@ -155,6 +164,7 @@ SceneSource halfScalpScene(Parameters& keys) {
   PaperHalfScalpParameters parameters;
   parameters.length = keys.take("length", parameters.length);
   parameters.hanging = keys.take("hanging", 0) != 0;
+  parameters.straight = keys.take("straight", 0) != 0;
   parameters.wisp_fibers = keys.take("wisp_fibers", parameters.wisp_fibers);
   parameters.deviation = keys.take("deviation", parameters.deviation);
   parameters.tip_deviation = keys.take("tip_deviation", parameters.tip_deviation);
@@ -167,6 +177,7 @@ SceneSource strandScene(Parameters& keys) {
   parameters.turns = keys.take("turns", parameters.turns);
   parameters.helix_radius = keys.take("helix_radius", parameters.helix_radius);
   parameters.turned = keys.take("turned", 0) != 0;
+  parameters.straight = keys.take("straight", 0) != 0;
   parameters.deviation = keys.take("deviation", parameters.deviation);
   return movingScene(keys, makePaperStrand, parameters);
 }
@@ -174,10 +185,14 @@ SceneSource strandScene(Parameters& keys) {
 SceneSource dynamicScene(Parameters& keys) {
   PaperDynamicParameters parameters;
   takeCommon(keys, parameters);
+  parameters.turned = keys.take("turned", 0) != 0;
+  const std::string loads = keys.takeText("loads");
+  if (!loads.empty()) parameters.loads = readLoads(loads);
   const auto assembly = std::make_shared<PaperDynamic>(parameters);
   SceneSource source;
   source.frame_count = assembly->steps();
-  source.frame = 85;  // when the loop is nearly closed
+  // The loop is nearly closed then.
+  source.frame = loads.empty() ? 85 : source.frame_count - 1;
   for (int frame = 0; frame < source.frame_count; frame += 2) source.playable.push_back(frame);
   source.make = [assembly](int frame) { return assembly->scene(frame); };
   return source;
@@ -198,8 +213,8 @@ constexpr Kind kKinds[] = {
      [](Parameters& keys) { return movingScene(keys, makeCombed); }},
     {"paper-static", "the paper's static assembly, 1,000 x 100; turned=0: along z, state=1: unbent",
      staticScene},
-    {"paper-dynamic", "the paper's dynamic assembly, 150 x 100, frame 0 to 100, 85 by default",
-     dynamicScene},
+    {"paper-dynamic",
+     "the paper's dynamic assembly, 150 x 100; loads=FILE: of a recording, turned=1", dynamicScene},
     {"paper-half-scalp", "the paper's half scalp, 50,000 x 50; length=7,wisp_fibers=300,hanging=1",
      halfScalpScene},
     {"paper-strand", "the paper's strand, 1,000 x 2,000; turns=2,helix_radius=0.5,turned=1",

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "arguments.h"
@@ -57,7 +59,11 @@ std::vector<RodShape> guideShapes(const std::vector<RodLoad>& trajectory, std::s
   shapes.reserve(last + 1);
   for (std::size_t i = 0; i <= last; ++i) {
     const RodShape* guess = shapes.empty() ? nullptr : &shapes.back();
-    shapes.push_back(solveRod(hair(kAssemblyLength), trajectory[i], grid.solved(), guess));
+    try {
+      shapes.push_back(solveRod(hair(kAssemblyLength), trajectory[i], grid.solved(), guess));
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error("state " + std::to_string(i) + " of the loads: " + error.what());
+    }
   }
   return shapes;
 }
@@ -113,7 +119,9 @@ FiberPolylines makePaperStatic(const PaperStaticParameters& parameters) {
   return assembly(call, parameters, load, turn, guess, grid);
 }
 
-PaperDynamic::PaperDynamic(const PaperDynamicParameters& parameters) : parameters_(parameters) {
+PaperDynamic::PaperDynamic(const PaperDynamicParameters& parameters)
+    : parameters_(parameters),
+      trajectory_(parameters.loads.empty() ? loopTrajectory() : parameters.loads) {
   requireCounts("PaperDynamic", parameters);
   requireRadius<double>("PaperDynamic", parameters.radius);
   const RodGrid grid(parameters.segments, kAssemblyGrid);
@@ -126,8 +134,8 @@ FiberPolylines PaperDynamic::scene(int step) const {
   }
   const auto i = static_cast<std::size_t>(step);
   const RodGrid grid(parameters_.segments, kAssemblyGrid);
-  return assembly("PaperDynamic", parameters_, trajectory_[i], Quaternion::Identity(), guides_[i],
-                  grid);
+  const Quaternion turn = parameters_.turned ? turnedAboutTwoAxes() : Quaternion::Identity();
+  return assembly("PaperDynamic", parameters_, trajectory_[i], turn, guides_[i], grid);
 }
 
 }  // namespace fcl_fibers::scenes

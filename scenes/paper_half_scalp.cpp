@@ -208,9 +208,17 @@ FiberPolylines makePaperHalfScalp(const PaperHalfScalpParameters& parameters) {
   const double sway = kTipSway * std::sin(kTipSwayPerFrame * parameters.frame);
   RodLoad load;
   load.tip_force = {kTipPull, sway, 0};
+  // In the plane of d1 and d3, a torque at the tip bends a straight rod as if it was curved.
+  const auto bend = [&](double curvature) {
+    if (parameters.straight) {
+      load.tip_torque = {0, -rod.bending_stiffness.y() * curvature, 0};
+    } else {
+      rod.reference_curvature = {0, -curvature, 0};
+    }
+  };
   std::vector<RodShape> guesses;
   for (int i = 0; i < kGuesses; ++i) {
-    rod.reference_curvature = {0, -style.curvature(static_cast<double>(i) / (kGuesses - 1)), 0};
+    bend(style.curvature(static_cast<double>(i) / (kGuesses - 1)));
     guesses.push_back(
         solveRod(rod, load, grid.solved(), guesses.empty() ? nullptr : &guesses.back()));
   }
@@ -222,18 +230,16 @@ FiberPolylines makePaperHalfScalp(const PaperHalfScalpParameters& parameters) {
     const Deviates own = Deviates::draw(random, parameters.deviation);
     double lift = kLift + guide.lift + own.lift;
     const double comb = style.comb + guide.comb + own.comb;
-    const double curvature = style.curvature(root.down) * (1 + guide.curvature + own.curvature);
+    bend(style.curvature(root.down) * (1 + guide.curvature + own.curvature));
     rod.base_point = root.place;
-    rod.reference_curvature = {0, -curvature, 0};
     const RodShape& guess =
         guesses[static_cast<std::size_t>(std::lround(root.down * (kGuesses - 1)))];
 
     const std::size_t begin = scene.points.size();
     for (int attempt = 0;; ++attempt, lift += kLiftStep) {
       rod.base_frame = frameOf(root, lift, comb);
-      RodLoad turned;
-      turned.tip_force = rod.base_frame * load.tip_force;
-      grid.append(solveRod(rod, turned, grid.solved(), &guess), scene);
+      const RodLoad in_world = turned(load, Quaternion(rod.base_frame));
+      grid.append(solveRod(rod, in_world, grid.solved(), &guess), scene);
       const auto first = scene.points.begin() + static_cast<std::ptrdiff_t>(begin) + 1;
       if (std::all_of(first, scene.points.end(), isOutsideHead)) break;
       if (attempt == kLiftSteps) {

@@ -69,19 +69,25 @@ FiberPolylines makePaperStatic(const PaperStaticParameters& parameters);
 struct PaperDynamicParameters {
   int fibers = 150;        ///< the paper's
   int segments = 100;      ///< per fiber
+  bool turned = false;     ///< about two axes, as case 1
   double radius = 0.0035;  ///< of a human hair, in cm
   std::uint64_t seed = 1;  ///< same seed, same scenes
+
+  /// Of the tip of the guide filament in each state, in the frame of its base, as readLoads() reads
+  /// them; those of loopTrajectory() if there are none.
+  std::vector<RodLoad> loads = {};
 };
 
-/// The assembly of case 1, not turned, whose loads are those of loopTrajectory(). Any number of
-/// threads may ask for scenes at once.
+/// The assembly of case 1 under the loads of a guide filament. Any number of threads may ask for
+/// scenes at once.
 class PaperDynamic {
  public:
   /// Solves the guide filament in all states, each from the one before. Throws
-  /// std::invalid_argument as above, and std::runtime_error where solveRod finds no equilibrium.
+  /// std::invalid_argument as above, and std::runtime_error where solveRod finds no equilibrium,
+  /// with the state.
   explicit PaperDynamic(const PaperDynamicParameters& parameters);
 
-  /// The number of states: 101 for 100 steps of deformation.
+  /// The number of states: 101 for the 100 steps of loopTrajectory().
   int steps() const { return static_cast<int>(guides_.size()); }
 
   /// The assembly in state `step`: the same bytes whatever was asked for before, as each fiber is
@@ -91,7 +97,7 @@ class PaperDynamic {
 
  private:
   PaperDynamicParameters parameters_;
-  std::vector<RodLoad> trajectory_ = loopTrajectory();
+  std::vector<RodLoad> trajectory_;
   std::vector<RodShape> guides_;  ///< by state
 };
 
@@ -117,6 +123,9 @@ class PaperDynamic {
 /// other wisp by wisp, each wisp on a patch of its own, the patches in rows. A wisp has a guide
 /// hair, whose deviates of tip_deviation / length are added to those of each of its fibers.
 ///
+/// Rods that are straight without load, as the paper's, are bent by a torque at the tip, which has
+/// the deviates of the curvature. In frame 0 they are the same fibers, to rounding.
+///
 /// Touching pairs of 50,000 x 50; the paper has 550,000:
 ///
 ///     15 cm, no wisps                                  551,000
@@ -132,6 +141,7 @@ struct PaperHalfScalpParameters {
   int segments = 50;           ///< per fiber
   double length = 15;          ///< cm
   bool hanging = false;        ///< else combed back
+  bool straight = false;       ///< without load; else curved
   int wisp_fibers = 0;         ///< 0: no wisps, each fiber lies by itself
   double deviation = 0.02;     ///< of the fibers' deviates
   double tip_deviation = 0.5;  ///< cm by which the tips of guide hairs deviate, about
@@ -154,10 +164,16 @@ FiberPolylines makePaperHalfScalp(const PaperHalfScalpParameters& parameters);
 /// area (4 times) better than one density (2 times). A frame sways the tip by a force of 0.01
 /// sin(0.05 frame) along x. Solved at 200 segments or more.
 ///
+/// Rods that are straight without load, as the paper's, have no weight and are helices under a
+/// torque along the axis at their tip. The first deviate is that of its size, the second tilts it.
+///
 /// Touching pairs of 500, 1,000 and 2,000 x 2,000; the paper has 23,000 and 80,000 for the latter:
 ///
 ///     4 turns, radius 1, deviation 0.00024       3,300,  21,600,  80,700
 ///     2 turns, radius 0.5, deviation 0.0034      5,400,  21,700,  86,600
+///
+/// At one density, 325 / cm2, straight rods of 2 turns, radius 0.5 and deviation 0.3 touch in
+/// 25,000 pairs if they are 1,000, and in 63,700 if they are 2,000.
 ///
 /// Segments are 0.015 long and 0.007 wide, so that those next but one do not touch. Throws
 /// std::invalid_argument if area is not in (0, 1e6), fibers above 975 * area, turns or helix_radius
@@ -169,6 +185,7 @@ struct PaperStrandParameters {
   double turns = 4;            ///< of the helix
   double helix_radius = 1;     ///< cm
   bool turned = false;         ///< in the end, by pi/4 about y, then by pi/4 about x
+  bool straight = false;       ///< without load; else helices
   double deviation = 0.00024;  ///< of the deviates
   double radius = 0.0035;      ///< of a human hair, in cm
   std::uint64_t seed = 1;      ///< same seed, same scene

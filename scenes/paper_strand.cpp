@@ -42,6 +42,13 @@ void requireShape(const char* call, const PaperStrandParameters& parameters) {
   }
 }
 
+/// The torque that makes a straight rod a helix about the z axis, downwards, of so many radians of
+/// arc for each unit of length: Kirchhoff's helix without force (Love, A Treatise on the
+/// Mathematical Theory of Elasticity, 1927, chapter XIX).
+Vector coupleOf(const CosseratRod& rod, double rate) {
+  return -rod.bending_stiffness.x() * rate * Vector::UnitZ();
+}
+
 void turn(const Quaternion& rotation, FiberPolylines& scene) {
   for (Point& p : scene.points) {
     const Vector turned = rotation * Vector(p[0], p[1], p[2]);
@@ -63,19 +70,31 @@ FiberPolylines makePaperStrand(const PaperStrandParameters& parameters) {
   const Quaternion hanging(Eigen::AngleAxisd(std::atan2(helix.y(), -helix.z()), -Vector::UnitX()));
 
   CosseratRod rod = hair(kLength);
-  rod.reference_curvature = helix;
   rod.base_frame = hanging;
   RodLoad load;
-  load.distributed_force = {0, 0, -kWeight};
   load.tip_force = {kSway * std::sin(kSwayPerFrame * parameters.frame), 0, 0};
+  if (parameters.straight) {
+    load.tip_torque = coupleOf(rod, rate);
+  } else {
+    rod.reference_curvature = helix;
+    load.distributed_force = {0, 0, -kWeight};
+  }
   const RodShape guess = solveRod(rod, load, grid.solved());
   std::vector<Vector> roots;
   for (std::size_t f = 0; f < static_cast<std::size_t>(parameters.fibers); ++f) {
     Random random = fiberRandom(parameters.seed, f);
-    rod.reference_curvature.y() = helix.y() * (1 + parameters.deviation * random.normal());
-    rod.reference_curvature.z() = helix.z() * (1 + parameters.deviation * random.normal());
-    rod.base_frame = Quaternion(
-        Eigen::AngleAxisd(parameters.deviation * random.normal(), Vector::UnitZ()) * hanging);
+    const double of_size = parameters.deviation * random.normal();
+    const double of_slope = parameters.deviation * random.normal();
+    const double of_turn = parameters.deviation * random.normal();
+    const Quaternion turn(Eigen::AngleAxisd(of_turn, Vector::UnitZ()));
+    rod.base_frame = turn * hanging;
+    if (parameters.straight) {
+      const Eigen::AngleAxisd tilt(of_slope, Vector::UnitX());
+      load.tip_torque = turn * (tilt * coupleOf(rod, rate * (1 + of_size)));
+    } else {
+      rod.reference_curvature.y() = helix.y() * (1 + of_size);
+      rod.reference_curvature.z() = helix.z() * (1 + of_slope);
+    }
     // Last, as the number of draws depends on the roots before.
     do {
       rod.base_point = drawRoot(random, parameters.area);

@@ -148,9 +148,18 @@ CLI::Option* addJson(CLI::App& command, Request& request) {
       "--json", [&request] { request.output = Output::kJson; }, "Print JSON, for programs.");
 }
 
+/// Of a program that generates scenes.
+void addLoads(CLI::App& command, Arguments& arguments) {
+  if (!arguments.generated.make) return;
+  add(command, "--loads", arguments.loads, "FILE",
+      "Bend `paper-dynamic` by the recorded loads of FILE, a state a\nframe. See --record of "
+      "`view`.");
+}
+
 void addGenerate(CLI::App& command, Arguments& arguments) {
   addScene(command, "SCENE", sceneText(arguments), arguments);
   addFile(command, "-o,--output", "FILE", arguments);
+  addLoads(command, arguments);
 }
 
 void addConvert(CLI::App& command, Arguments& arguments) {
@@ -184,6 +193,7 @@ void addCheck(CLI::App& command, Arguments& arguments) {
       ->needs(mesh)
       ->excludes(against);
   addRadius(command, arguments, true);
+  addLoads(command, arguments);
   addSearch(command, request);
   using Volumes = FiberTreeOptions::Volumes;
   addChoice<Report>(
@@ -280,6 +290,7 @@ void addView(CLI::App& command, Arguments& arguments) {
       "Play a step from the one scene to SCENE, which has the same\nfibers, and mark pairs "
       "when they first touch.");
   addMeshes(command, request.meshes);
+  addLoads(command, arguments);
   addSearch(command, request);
   add(command, "--depth", request.depth, "N", "The depth of the deepest volumes. The default is 2.")
       ->check(CLI::Range(0, 8).description(""));
@@ -309,6 +320,12 @@ void addView(CLI::App& command, Arguments& arguments) {
 
 void Arguments::nameScenes() {
   std::vector<std::string> texts = scenes;
+  // Who has no loads refuses the key.
+  for (std::string& text : texts) {
+    if (!loads.empty() && !isFile(text)) {
+      text += (text.find(':') == std::string::npos ? ":loads=" : ",loads=") + loads;
+    }
+  }
   for (const std::string& text : {other, end}) {
     if (!text.empty()) texts.push_back(text);
   }

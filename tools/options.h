@@ -17,7 +17,7 @@ struct Arguments {
   const GeneratedScenes& generated;
   Request request{};
   std::vector<std::string> scenes{};
-  std::string other{}, end{};
+  std::string other{}, end{}, loads{};
   std::vector<double> radii{};
   std::string radius_from{};
 

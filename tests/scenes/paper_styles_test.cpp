@@ -197,6 +197,14 @@ TEST(PaperStyles, DISABLED_LongTouchAsOftenAsThePapers) {
   }
   // The paper's 80,000.
   expectTouches(makePaperStrand(loose(2000, 2000)), 86562);
+  // Straight rods at the paper's density.
+  for (const auto& [fibers, touching] : {std::pair(1000, 25019.0), std::pair(2000, 63686.0)}) {
+    PaperStrandParameters parameters = loose(fibers, 2000);
+    parameters.straight = true;
+    parameters.area = fibers / 325.0;
+    parameters.deviation = 0.3;
+    expectTouches(makePaperStrand(parameters), touching);
+  }
 }
 
 TEST(LooseStrand, HasItsTurnsAndRadius) {
@@ -258,6 +266,49 @@ TEST(StrandStyles, RefuseWhatIsNoStrand) {
   }
   for (const double bad : {-0.1, 1.1, kNaN}) {
     expectRefusal("deviation is ", [bad](auto& p) { p.deviation = bad; });
+  }
+}
+
+// Rods that are straight without load would be other fibers than the paper's curved ones here.
+TEST(HalfScalpStyles, StraightRodsUnderATorqueAreTheCurvedOnes) {
+  PaperHalfScalpParameters parameters;
+  parameters.fibers = 60;
+  parameters.segments = 20;
+  parameters.wisp_fibers = 20;
+  const FiberPolylines curved = makePaperHalfScalp(parameters);
+  parameters.straight = true;
+  const FiberPolylines straight = makePaperHalfScalp(parameters);
+  ASSERT_EQ(straight.points.size(), curved.points.size());
+  for (std::size_t i = 0; i < curved.points.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(straight.points[i][k], curved.points[i][k], 1e-7);
+    }
+  }
+  parameters.frame = 5;  // the sway leaves the plane of the torque
+  EXPECT_NE(makePaperHalfScalp(parameters).points.back(), straight.points.back());
+}
+
+// A straight rod would be no helix, or another one than asked for, under the torque at its tip.
+TEST(StrandStyles, StraightRodsAreHelicesUnderATorque) {
+  PaperStrandParameters parameters;
+  parameters.fibers = 3;
+  parameters.deviation = 0;
+  parameters.straight = true;
+  const FiberPolylines scene = makePaperStrand(parameters);
+  const double rate = 2 * kPi * parameters.turns / 30;
+  const double fall = std::sqrt(1 - std::pow(parameters.helix_radius * rate, 2));
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const Point* const points = scene.points.data() + scene.point_begin[f];
+    const auto at = [&](std::size_t i) {
+      return Eigen::Vector3d(points[i][0], points[i][1], points[i][2]);
+    };
+    // Half a turn from a point is the point on the other side of the axis.
+    const std::size_t half = 250;
+    for (std::size_t i = 0; i + half < 2001; i += 50) {
+      const Eigen::Vector3d across = at(i + half) - at(i);
+      EXPECT_NEAR(std::hypot(across.x(), across.y()), 2 * parameters.helix_radius, 1e-5);
+      EXPECT_NEAR(across.z(), -fall * 30 * static_cast<double>(half) / 2000, 1e-5);
+    }
   }
 }
 
