@@ -194,6 +194,10 @@ SceneSource dynamicScene(Parameters& keys) {
   // The loop is nearly closed then.
   source.frame = loads.empty() ? 85 : source.frame_count - 1;
   for (int frame = 0; frame < source.frame_count; frame += 2) source.playable.push_back(frame);
+  if (!parameters.turned) {
+    const CosseratRod rod = guideFilament();
+    source.guide = {rod.length, rod.bending_stiffness.x()};
+  }
   source.make = [assembly](int frame) { return assembly->scene(frame); };
   return source;
 }

@@ -60,7 +60,7 @@ std::vector<RodShape> guideShapes(const std::vector<RodLoad>& trajectory, std::s
   for (std::size_t i = 0; i <= last; ++i) {
     const RodShape* guess = shapes.empty() ? nullptr : &shapes.back();
     try {
-      shapes.push_back(solveRod(hair(kAssemblyLength), trajectory[i], grid.solved(), guess));
+      shapes.push_back(solveRod(guideFilament(), trajectory[i], grid.solved(), guess));
     } catch (const std::runtime_error& error) {
       throw std::runtime_error("state " + std::to_string(i) + " of the loads: " + error.what());
     }
@@ -73,7 +73,7 @@ FiberPolylines assembly(const char* call, const Parameters& parameters, const Ro
                         const Quaternion& turn, const RodShape& guess, const RodGrid& grid) {
   FiberPolylines scene = emptyScene(call, parameters);
   const double area = parameters.fibers / kRootsPerArea;
-  CosseratRod rod = hair(kAssemblyLength);
+  CosseratRod rod = guideFilament();
   rod.base_frame = turn;
   for (std::size_t f = 0; f < static_cast<std::size_t>(parameters.fibers); ++f) {
     const AssemblyFiber fiber = drawAssemblyFiber(parameters.seed, f, area);
@@ -85,6 +85,8 @@ FiberPolylines assembly(const char* call, const Parameters& parameters, const Ro
 }
 
 }  // namespace
+
+CosseratRod guideFilament() { return hair(kAssemblyLength); }
 
 std::vector<RodLoad> loopTrajectory() {
   std::vector<RodLoad> trajectory;

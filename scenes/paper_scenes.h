@@ -30,6 +30,9 @@ namespace fcl_fibers::scenes {
 /// areas nor how much fibers vary: those of makePaperHalfScalp() and makePaperStrand() were chosen
 /// so that the numbers come out within 15 %.
 
+/// The guide filament of the assemblies, without load: a hair of 15 cm along z from the origin.
+CosseratRod guideFilament();
+
 /// The tip loads of the guide filament of the dynamic assembly, in the frame of the rod's base,
 /// from straight to a loop in 100 steps: 101 states. They are made, not recorded: with a = i / 100
 /// and the smooth step b = a^2 (3 - 2 a), for a rod along z of 15 cm and bending stiffness 4.7 dyn

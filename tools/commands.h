@@ -48,6 +48,7 @@ struct Request {
   bool fragment = false;         ///< a part of another page, without a head
   std::size_t points = 1000000;  ///< drawn of each scene, in all frames together
   std::string up{};              ///< axis that points up: x, y or z; empty to guess
+  bool record = false;           ///< the page bends the guide filament and records its loads
 };
 
 /// Writes a generated scene to the path, whose ending chooses the format: .vtp, .hair or .txt.

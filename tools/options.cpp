@@ -300,6 +300,11 @@ void addView(CLI::App& command, Arguments& arguments) {
   add(command, "--up", request.up, "x|y|z",
       "The axis that points up. Without it the program guesses.")
       ->check(CLI::IsMember({"x", "y", "z"}).description(""));
+  if (arguments.generated.make) {
+    command.add_flag("--record", request.record,
+                     "Let the mouse bend the guide filament of `paper-dynamic` in the\npage, which "
+                     "saves its loads as a file for --loads.");
+  }
   command.add_flag("--fragment", request.fragment,
                    "Write a fragment without a head, to put into another page.");
   const bool generated = static_cast<bool>(arguments.generated.make);

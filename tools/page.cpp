@@ -34,7 +34,8 @@ void replaceAll(std::string& text, std::string_view what, std::string_view by) {
 
 }  // namespace
 
-std::string makePage(const std::string& title, const std::string& data, bool fragment) {
+std::string makePage(const std::string& title, const std::string& data, bool fragment,
+                     bool has_guide) {
   std::string escaped_title = title;
   replaceAll(escaped_title, "&", "&amp;");
   replaceAll(escaped_title, "<", "&lt;");
@@ -44,6 +45,7 @@ std::string makePage(const std::string& title, const std::string& data, bool fra
   auto values = embeddedFiles;
   values["embedded"] = fragment ? "true" : "false";
   values["data"] = escaped_data;
+  if (!has_guide) values["guide.js"] = "";
   const std::string viewer = filled(values.at("viewer.html"), values);
   if (fragment) return viewer;
   return filled(values.at("page.html"), {{"title", escaped_title}, {"viewer", viewer}});

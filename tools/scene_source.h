@@ -11,6 +11,12 @@
 
 namespace fcl_fibers::tools {
 
+/// A straight rod of equal stiffness in all directions, clamped in the origin along z, whose loads
+/// an assembly follows.
+struct GuideFilament {
+  double length, stiffness;  ///< cm, dyn cm2
+};
+
 /// The input of a command: a file of fibers or a generated scene, with its motion if it has one.
 struct SceneSource {
   std::string name;   ///< short: the file's name, or the scene's
@@ -25,6 +31,7 @@ struct SceneSource {
   int frame_count = 1;                   ///< frames are 0, ..., frame_count - 1
   std::vector<int> playable;             ///< frames that a page plays; a scene at rest has one
   std::vector<int> asked = {0};          ///< frames of `frames=`, or else the one
+  std::optional<GuideFilament> guide;    ///< of an assembly that follows one
 
   /// A frame of the motion. Fibers of a file swing about their roots, 0.01 rad a frame.
   std::function<FiberPolylines(int frame)> make;

@@ -212,6 +212,9 @@ json sceneJson(const SceneSource& source, const Request& request,
                 {"segmentsOfFibers", base64(segments)},
                 {"opened", 0},
                 {"frames", json::array()}};
+  if (request.record) {
+    scene["guide"] = {{"length", source.guide->length}, {"stiffness", source.guide->stiffness}};
+  }
   const std::size_t most_markers = std::min(kMostMarkers, kMostMarkersOfAll / frames.size() + 1);
   bool stopped = false;
   std::size_t next_impact = 0;
@@ -248,7 +251,7 @@ std::string pageOf(const std::vector<SceneSource>& sources, const Request& reque
     data["scenes"].push_back(sceneJson(source, request, meshes));
     title += (title.empty() ? "" : ", ") + source.name;
   }
-  return makePage(title, data.dump(), request.fragment);
+  return makePage(title, data.dump(), request.fragment, request.record);
 }
 
 }  // namespace
@@ -261,6 +264,14 @@ int view(const Request& request) {
   }
   if (request.end && !request.meshes.paths.empty()) {
     throw std::invalid_argument("--end plays fibers alone; leave out --mesh");
+  }
+  for (const SceneSource& source : sources) {
+    if (request.record && !source.guide) {
+      throw std::invalid_argument(
+          fmt::format("'{}' has no guide filament to record; give --record with paper-dynamic, not "
+                      "turned",
+                      source.title));
+    }
   }
   OutputFile file(request.path);
   const std::vector<MeshFile> meshes = request.meshes.read();

@@ -73,6 +73,55 @@ class Page(PageTest):
         self.assertEqual(self.browser.requests(), [f"file://{notebook}"])
         self.assertEqual(self.browser.problems(), [])
 
+    def test_records_the_loads_of_a_guide_filament(self):
+        """A recording would bend the assembly otherwise than the filament that was seen."""
+        page = self.make("paper-dynamic:fibers=5,segments=20,frames=0:100:50", "--record")
+        self.open(page)
+        guide = f"{VIEWER}.drawn.find(drawn => drawn.rod)"
+        # A torque of 2 pi B / L closes the circle. With a force of B / L^2 the tip of the elastica
+        # is deflected by 0.3017 L (Bisshopp and Drucker, 1945).
+        tip = self.browser.evaluate(
+            f"(() => {{ const rod = {guide}.rod, L = rod.length, B = rod.stiffness;"
+            "  const none = new THREE.Vector3();"
+            "  rod.bend(none, new THREE.Vector3(2 * Math.PI * B / L, 0, 0));"
+            "  const tips = [rod.tip.toArray().map(x => x / L)];"
+            "  rod.straighten();"
+            "  rod.bend(new THREE.Vector3(B / (L * L), 0, 0), none);"
+            "  tips.push(rod.tip.toArray().map(x => x / L));"
+            "  rod.straighten();"
+            "  return tips; })()"
+        )
+        for k in range(3):
+            self.assertAlmostEqual(tip[0][k], 0, delta=1e-5)
+        self.assertAlmostEqual(tip[1][0], 0.3017, delta=5e-5)
+
+        self.click("[name=record]")
+        place = (
+            f"(() => {{ const seen = {guide}.rod.tip.clone().add({guide}.group.position);"
+            f"  seen.project({VIEWER}.eye.camera);"
+            "  return [(seen.x + 1) / 2 * innerWidth, (1 - seen.y) / 2 * innerHeight]; })()"
+        )
+        x, y = self.browser.evaluate(place)
+        self.browser.drag(x, y, x - 200, y + 20)
+        x, y = self.browser.evaluate(place)
+        states = self.browser.evaluate(f"{guide}.text").splitlines()[2:]
+        self.assertEqual(states[0], "0 0 0 0 0 0")
+        self.assertGreater(len(states), 3)
+        self.assertIn(f"{len(states)} states", self.browser.evaluate(f"{guide}.panel.textContent"))
+        loads = self.write("loads.txt", self.browser.evaluate(f"{guide}.text"))
+
+        # The assembly is bent to the side that the tip was drawn to, as far as it.
+        tip = self.browser.evaluate(f"{guide}.rod.tip.toArray()")
+        bent = self.folder / "bent.txt"
+        self.run_program("generate", "paper-dynamic:fibers=1", "--loads", loads, "-o", bent)
+        ends = [[float(n) for n in line.split()] for line in bent.read_text().splitlines() if line]
+        # The loads of a fiber deviate by some percent of those of the guide filament.
+        for k in range(3):
+            self.assertAlmostEqual(ends[-1][k] - ends[0][k], tip[k], delta=0.8)
+        self.assertGreater(abs(tip[0]) + abs(tip[1]), 3)
+        self.assertEqual(self.browser.problems(), [])
+        self.assertNotIn("GuideRod", self.make("paper-dynamic:fibers=2").read_text())
+
     def test_only_what_touches_is_red(self):
         """Other segments than those that touch would be shown as touching."""
         crossing = self.write("crossing.txt", "0 0 0\n0 1 0\n0 2 0\n0 3 0\n\n-1 1.5 0\n1 1.5 0\n")

@@ -21,6 +21,7 @@ from program import CONTACT_COLUMNS, CROSSING, PROGRAM, ProgramTest, box
 from program import read_polylines, read_vtp
 
 SOURCES = Path(__file__).resolve().parents[2]
+LOADS = SOURCES / "scenes" / "recorded_loads.txt"
 
 HELPED = ("generate", "convert", "info", "check", "distance", "replay", "view")
 
@@ -234,6 +235,9 @@ class Generate(ProgramTest):
             "paper-dynamic:fibers=2,segments=5,frame=85",
             "paper-strand:fibers=2,segments=300",
             "paper-half-scalp:fibers=7,segments=25",
+            "paper-dynamic:fibers=2,segments=5,turned=1",
+            "paper-strand:fibers=2,segments=300,straight=1",
+            f"paper-dynamic:fibers=2,segments=5,loads={LOADS}",  # its last state
         ):
             path = self.folder / "scene.vtp"
             self.run_program("generate", scene, "-o", path)

@@ -150,6 +150,8 @@ class Viewer {
     this.markers = kContacts.map(kind => new Markers(frames, kind));
     this.meshes = new Meshes(this.meshData, frames.scene.middle);
     this.drawn = [this.fibers, ...this.markers, this.meshes];
+    const {guide, middle} = frames.scene;
+    if (guide) this.drawn.push(new Guide(this, guide, middle));
     this.stage.add(...this.drawn.map(drawn => drawn.mesh || drawn.group));
     this.shown = null;
     this.view = null;
