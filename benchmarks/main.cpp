@@ -19,7 +19,7 @@
 //   fcl_fibers_bench --measure=chain|chain-claims|radii|rods|pictures   the paper's
 //   fcl_fibers_bench --measure=cascade [SCENE] [--runs=N]           likewise
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper   likewise
-//   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
+//   fcl_fibers_bench --measure=replay --scene=paper-dynamic --against=WHOM   likewise
 //   fcl_fibers_bench --measure=volumes [SCENE]                      likewise
 //
 // WHOM is headline, full, all, paper, paper_all, or names of contenders, NAME,... Add

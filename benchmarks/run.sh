@@ -10,7 +10,7 @@
 #              --targets also lists which ratios reach their targets
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion, narrow phases. 21 minutes.
 #              It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
-#   --paper    the paper's Table I, figures and pictures. 90 minutes. --full adds finer curves
+#   --paper    the paper's Table I, figures, pictures and claims. 80 minutes. --full adds finer curves
 #   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
 #              --targets also lists which targets are met
 #   --card     FCL's managers as they are and ours on the paper's scenes, in double and in float. 49 minutes.
@@ -226,7 +226,7 @@ case $scenes in
     measure pictures pictures --out_dir="$data"
     if [[ -z $only ]]; then
       "$build/tools/fcl_fibers" view paper-strand:fibers=500 paper-dynamic \
-        paper-half-scalp:length=7,wisp_fibers=300 --points 300000 --fragment -o "$data/view.html" &&
+        paper-half-scalp:straight=1,length=7,wisp_fibers=300 --points 300000 --fragment -o "$data/view.html" &&
         /usr/bin/python3 -B docs/pictures/topologies.py \
           "$build/docs/pictures/fcl_fibers_topologies" "$data/topologies.png" || failed=1
     fi
@@ -237,33 +237,36 @@ case $scenes in
       measure "chain_snake_$edge" chain --chain=snake --edge="$edge"
     done
     measure chain-claims chain-claims
-    measure replay replay --scene=paper-dynamic
+    measure replay replay --against=paper_all --scene=paper-dynamic
+    measure replay_turned replay --against=paper --scene=paper-dynamic:turned=1
+    measure replay_recorded replay --against=paper \
+      --scene=paper-dynamic:loads=scenes/recorded_loads.txt
     against[paper]=paper_all
     for n in $fibers; do frames "static_$n" --limit=2 --scene="paper-static:fibers=$n"; done
     against[paper]=paper
     frames axis_turned_0 --limit=10 --scene=paper-static:state=1,turned=0
     frames axis_turned_1 --limit=10 --scene=paper-static:state=1
 
-    # Table I. A cell may take 90 minutes. Where the published trees take minutes, they are measured
-    # by themselves.
+    # Table I: straight rods at the paper's density, except the tight helix, whose rods are curved.
+    # A published tree that takes minutes is measured by itself, or estimated from a sample.
     scalp=paper-half-scalp strand=paper-strand cell=5400
-    loose=turns=2,helix_radius=0.5,deviation=0.0034
+    loose=straight=1,turns=2,helix_radius=0.5,deviation=0.3
     table() {
-      local name=$1 scene=$2
+      local name=$1 scene=$2 limit=$3
       against[paper]=paper
       frames "table_$name" --limit=60 --scene="$scene"
-      measure "tests_$name" volume-tests --against=paper --limit="$cell" --scene="$scene"
-      for tree in "${@:3}"; do
+      measure "tests_$name" volume-tests --against=paper --limit="$limit" --scene="$scene"
+      for tree in "${@:4}"; do
         against[paper]=paper:$tree/super_thread
         frames "long_${name}_$tree" --limit="$cell" --scene="$scene"
       done
     }
-    for n in 1000 2000; do
-      table "strand-$n" "$strand:fibers=$n"
-      table "strand-loose-$n" "$strand:fibers=$n,$loose"
-    done
-    table half-scalp-wisps "$scalp:length=7,wisp_fibers=300" WrappedSphereTree
-    table half-scalp "$scalp" LayeredAABBTree WrappedSphereTree
+    table strand-1000 "$strand:area=3.077,deviation=0.00015" "$cell"
+    table strand-2000 "$strand:fibers=2000" "$cell"
+    table strand-loose-1000 "$strand:area=3.077,$loose" "$cell"
+    table strand-loose-2000 "$strand:fibers=2000,area=6.154,$loose" "$cell"
+    table half-scalp-wisps "$scalp:straight=1,length=7,wisp_fibers=300" "$cell" WrappedSphereTree
+    table half-scalp "$scalp:straight=1" 60 LayeredAABBTree
 
     # A sample of each traversal is enough to compare scenes.
     styles() {
@@ -282,8 +285,11 @@ case $scenes in
     styles strand-tight "$strand"
     styles strand-tight-turned "$strand:turned=1"
     styles strand-dense "$strand:area=3.077,deviation=0.00015"
-    styles strand-loose "$strand:$loose"
-    styles strand-loose-turned "$strand:$loose,turned=1"
+    curved=turns=2,helix_radius=0.5,deviation=0.0034
+    styles strand-loose "$strand:$curved"
+    styles strand-loose-turned "$strand:$curved,turned=1"
+    styles strand-straight "$strand:area=3.077,$loose"
+    styles strand-straight-turned "$strand:area=3.077,$loose,turned=1"
 
     # Enclosing spheres by Welzl's algorithm, and cascade verification as published. In the chain's
     # order, the algorithm takes minutes on long fibers.
@@ -291,9 +297,9 @@ case $scenes in
     welzl='--benchmark_filter=exact|/welzl/|boxes'
     cascade static paper-static:frames=0:5 3
     cascade dynamic paper-dynamic:frames=0:100 3
-    cascade strand "$strand:$loose" 1 "$welzl"
+    cascade strand "$strand:area=3.077,$loose" 1 "$welzl"
     cascade strand-10 "$strand:fibers=10,$loose" 3 '--benchmark_filter=anew|boxes'
-    cascade half-scalp "$scalp:length=7,wisp_fibers=300" 1 "$welzl"
+    cascade half-scalp "$scalp:straight=1,length=7,wisp_fibers=300" 1 "$welzl"
     for n in $(seq 50 50 1000); do
       cascade "static_$n" "paper-static:fibers=$n" 3 '--benchmark_filter=anew/welzl|boxes'
     done
@@ -302,8 +308,8 @@ case $scenes in
     volumes() { measure "volumes_$1" volumes --scene="$2"; }
     volumes static paper-static
     volumes dynamic paper-dynamic:frame=85
-    volumes strand "$strand:fibers=200,area=1.231,$loose"
-    volumes half-scalp "$scalp:fibers=4000,length=7,wisp_fibers=300"
+    volumes strand "$strand:fibers=200,area=0.615,$loose"
+    volumes half-scalp "$scalp:straight=1,fibers=4000,length=7,wisp_fibers=300"
     ;;
 esac
 

@@ -4,10 +4,10 @@
 import numpy as np
 
 from paper_pictures import Panel, label_of, panels_figure
-from paper_table import PUBLISHED
+from paper_table import PHASE_TITLES, PHASES, PUBLISHED, is_known
 from pictures import OURS, count_label, seconds_label
 from ratios import FCL
-from tables import Table
+from tables import Table, count, time
 
 STATIC = (
     "Static assembly of 100 segments per fiber, turned. Boxes and spheres report volumes that "
@@ -72,6 +72,40 @@ def static_figure(parts, phase):
     )
 
 
+def static_table(parts):
+    """Figs. 7 to 9 in numbers: each manager at its fastest level."""
+    sizes = numbered(parts, "static")
+    names = {}  # by label
+    for part in sizes.values():
+        for name in part.names("Checked"):
+            names.setdefault(label_of(name), {})[name] = None
+
+    def cell(part, of, phase):
+        for kind, mark in (("Frames", ""), ("Checked", "~")):
+            known = [name for name in of if part.has(kind, name)]
+            known = [name for name in known if is_known(part.counters(kind, name), phase)]
+            if known:
+                return mark + time(min(part.median(kind, name, phase) for name in known))
+        notes = [part.note(name) for name in of if part.has("Checked", name)]
+        return (notes or ["-"])[-1].split(":")[0]
+
+    rows = [
+        [f"{what}: {label}", *(cell(part, of, phase) for part in sizes.values())]
+        for phase, what in zip(PHASES, PHASE_TITLES)
+        for label, of in sorted(
+            names.items(), key=lambda item: (item[0].startswith("FCL"), item[0])
+        )
+        if phase == "detection" or "kCapsules" not in label
+    ]
+    segments = [
+        part.median("Checked", part.names("Checked")[0], "segments") for part in sizes.values()
+    ]
+    caption = "Columns are numbers of segments. ~ marks a single time, of who was not timed."
+    return Table(
+        "paper-static", "Figs. 7 to 9 in numbers", ["", *map(count, segments)], rows, caption
+    )
+
+
 def static_caption(parts):
     """With who was ended, and from how many segments on."""
     ended = {}
@@ -110,6 +144,21 @@ def replay_figure(part):
         scale = "symlog" if counter == "pairs" else "log"
         panels.append(Panel(title, curves, "step", yscale=scale, y_format=form, marker=""))
     return panels_figure(panels)
+
+
+def replay_table(part):
+    """Fig. 10 in numbers."""
+    rows = []
+    for label, name in fastest(part, "Replay", "seconds").items():
+        cells = []
+        for counter, form in (("detection", time), ("update", time), ("pairs", count)):
+            values = np.array(steps(part, name, counter))[:, 1]
+            cells.append(
+                " / ".join(form(x) for x in (values.min(), np.median(values), values.max()))
+            )
+        rows.append([label, *cells])
+    header = ["least / median / greatest of a step", "detection", "update", "pairs reported"]
+    return Table("paper-replay", "Fig. 10 in numbers", header, rows, REPLAY)
 
 
 def cages_figure(part):

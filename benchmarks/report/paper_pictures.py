@@ -150,16 +150,41 @@ def strand(picture):
     return figure
 
 
-def loop(picture):
-    figure = Figure(figsize=(6, 5))
-    draw_fibers(figure.subplots(), picture, principal_view(picture.points), 0.6)
-    return figure
+def draw_volumes(axis, nodes, kind, depth, view, width, alpha=1.0):
+    """The nodes of one depth, in the colours of their order."""
+    edges = [(i, i | 1 << k) for i in range(8) for k in range(3) if not i >> k & 1]
+    level = nodes[(nodes["kind"] == kind) & (nodes["depth"] == depth)]
+    for i, numbers in enumerate(level[list("abcdef")].to_numpy()):
+        look = {"lw": width, "alpha": alpha}
+        if kind == "box":
+            ends = numbers.reshape(2, 3)
+            at = np.array([[ends[c >> k & 1][k] for k in range(3)] for c in range(8)]) @ view.T
+            lines = [at[list(edge), :2] for edge in edges]
+            axis.add_collection(LineCollection(lines, colors=f"C{i % 10}", **look))
+        else:
+            centre = (numbers[:3] @ view.T)[:2]
+            axis.add_patch(Circle(centre, numbers[3], fill=False, color=f"C{i % 10}", **look))
+
+
+def loop(folder, name, depth=11):
+    """Touching segments red, and the cages of one depth."""
+    picture, nodes = Picture(folder, name), pd.read_csv(folder / f"{name}.csv")
+    view = principal_view(picture.points)
+    figure = Figure(figsize=(10.4, 4.6))
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    draw_fibers(left, picture, view, 0.6)
+    draw_fibers(right, picture, view, 0.6, red=False)
+    draw_volumes(right, nodes, "sphere", depth, view, 0.4, alpha=0.5)
+    right.autoscale_view()
+    left.set_title("touching segments red")
+    right.set_title(f"wrapped spheres at depth {depth}")
+    return png(figure)
 
 
 def half_scalp(picture):
     figure = Figure(figsize=(10.4, 5.2))
     for axis, red in zip(figure.subplots(1, 2), (False, True)):
-        draw_fibers(axis, picture, turned_view(60, 12), 0.22, share=0.3, red=red)
+        draw_fibers(axis, picture, turned_view(60, 12), 0.12, red=red)
     return figure
 
 
@@ -182,26 +207,20 @@ def caption(part, name):
     )
 
 
-def volumes(folder, _, depth=3):
-    """One filament in the boxes and in the wrapped spheres of one depth."""
+def volumes(folder, _, depth=2):
+    """One filament in the boxes and in the wrapped spheres of two depths."""
     fiber = Picture(folder, "volumes").points
     nodes = pd.read_csv(folder / "volumes.csv")
     view = principal_view(fiber)
-    figure = Figure(figsize=(8, 3.9))
-    edges = [(i, i | 1 << k) for i in range(8) for k in range(3) if not i >> k & 1]
+    figure = Figure(figsize=(8, 4.6))
     for axis, kind in zip(figure.subplots(1, 2), ("box", "sphere")):
         axis.plot(*(fiber @ view.T)[:, :2].T, color=INK, lw=1.6, zorder=5)
-        level = nodes[(nodes["kind"] == kind) & (nodes["depth"] == depth)]
-        for i, numbers in enumerate(level[list("abcdef")].to_numpy()):
-            if kind == "box":
-                ends = numbers.reshape(2, 3)
-                at = np.array([[ends[c >> k & 1][k] for k in range(3)] for c in range(8)]) @ view.T
-                lines = [at[list(edge), :2] for edge in edges]
-                axis.add_collection(LineCollection(lines, colors=f"C{i % 10}", lw=1.2))
-            else:
-                centre = (numbers[:3] @ view.T)[:2]
-                axis.add_patch(Circle(centre, numbers[3], fill=False, color=f"C{i % 10}", lw=1.2))
-        axis.set_title({"box": "boxes", "sphere": "wrapped spheres"}[kind] + f" at depth {depth}")
+        draw_volumes(axis, nodes, kind, depth, view, 2.4)
+        draw_volumes(axis, nodes, kind, depth + 1, view, 0.9)
+        axis.set_title(
+            {"box": "boxes", "sphere": "wrapped spheres"}[kind]
+            + f" at depth {depth} (thick) and {depth + 1}"
+        )
         axis.set_aspect("equal")
         axis.autoscale_view()
         axis.axis("off")
@@ -216,7 +235,7 @@ IN_DOCUMENTS = {
 }
 PICTURES = {  # by the names of files: title, and who draws it
     "strand": ("Figs. 1 and 6. Strand", partial(drawn, strand)),
-    "loop": ("Fig. 3, left. The dynamic assembly late in its motion", partial(drawn, loop)),
-    "volumes": ("Figs. 3, right, and 4. Volumes of one level", volumes),
-    "half_scalp": ("Fig. 2, right. Half scalp, three fibers in ten", partial(drawn, half_scalp)),
+    "loop": ("Fig. 3. The dynamic assembly late in its motion", loop),
+    "volumes": ("Fig. 4. Volumes of two levels", volumes),
+    "half_scalp": ("Fig. 2, right. Half scalp, every hair", partial(drawn, half_scalp)),
 }

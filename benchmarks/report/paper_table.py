@@ -48,11 +48,7 @@ CONTENDERS = {
     BEST: None,
 }
 NONE = "not given"
-SLOW = (
-    "half-scalp-wisps_WrappedSphereTree",
-    "half-scalp_LayeredAABBTree",
-    "half-scalp_WrappedSphereTree",
-)
+SLOW = ("half-scalp-wisps_WrappedSphereTree", "half-scalp_LayeredAABBTree")
 STYLES = {  # scenes of the tests of order and style, by the end of the file's name
     "scalp-15": "15 cm, random order",
     "scalp-15-rows": "15 cm, rows",
@@ -68,6 +64,8 @@ STYLES = {  # scenes of the tests of order and style, by the end of the file's n
     "strand-dense": "4 turns, radius 1 cm, half the area",
     "strand-loose": "2 turns, radius 0.5 cm",
     "strand-loose-turned": "2 turns, radius 0.5 cm, turned",
+    "strand-straight": "2 turns, radius 0.5 cm, straight rods, half the area",
+    "strand-straight-turned": "2 turns, radius 0.5 cm, straight rods, half the area, turned",
 }
 
 

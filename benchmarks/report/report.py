@@ -55,6 +55,8 @@ DOCUMENTED = {
         "table-1-hard",
         "table-1-ratios",
         "paper-styles",
+        "paper-static",
+        "paper-replay",
         "paper-claims",
         "paper-cascade",
         "paper-volumes",
@@ -242,6 +244,8 @@ def paper_again(folder):
         caption = paper.static_caption(parts)
         name = f"paper_{what}"
         report.draw(r"static_\d+", name, title, caption, paper.static_figure, parts, phase)
+    report.add(r"static_\d+", paper.static_table, parts)
+    report.add("replay", paper.replay_table, parts.get("replay"))
     replay = partial(report.draw, "replay")
     title = "Fig. 10. Dynamic assembly"
     replay("paper_replay", title, paper.REPLAY, paper.replay_figure, parts.get("replay"))

@@ -78,7 +78,7 @@ RECORDED = {
         HALF_SCALP,
     ],
     "paper/volumes_static": ["volumes", STATIC + "3"],
-    "paper/replay": ["replay", "--steps=5", DYNAMIC],
+    "paper/replay": ["replay", "--against=paper_all", "--steps=5", DYNAMIC],
     "paper/chain-claims": ["chain-claims"],
     "paper/cascade_static": ["cascade", STATIC + "10,frames=0:2"],
     "paper/cascade_static_50": ["cascade", STATIC + "10", "--benchmark_filter=anew/welzl|boxes"],

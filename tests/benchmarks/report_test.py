@@ -935,10 +935,26 @@ class ReportTest(unittest.TestCase):
         row = "spheres by Welzl's algorithm, kept where it was while no leaf leaves it"
         self.assertEqual(self.row(self.made("paper"), row), ["3.0 / 25 % / 1.500"])
 
+    def test_paper_has_its_figures_in_numbers(self):
+        """If this failed, a manager would have another's times, or a single time would pass for a
+        median."""
+        self.take("paper", "static_10", "static_20", "replay")
+        name = "LayeredAABBTree/super_thread/"
+        self.put("static_20", {f"Frames/{name}": {"detection": 0.25}})
+        self.edit("static_10", lambda run: not run["run_name"].startswith(f"Frames/{name}"))
+        self.put("static_10", {f"Checked/{name}": {"detection": 0.5}})
+        values = {f"{what}:{i:03}": 3.0 for what in ("detection", "update") for i in range(101)}
+        self.put("replay", {f"Replay/{name}": values})
+        text = self.made("paper")
+        row = self.row(text, "detection: boxes, super thread")
+        self.assertEqual(row, ["~500 ms", "250 ms"])
+        row = self.row(text, "boxes, super thread")
+        self.assertEqual(row[:2], ["3.00 s / 3.00 s / 3.00 s"] * 2)
+
     def test_paper_wants_what_run_sh_measures(self):
         """If this failed, a part of --paper would be called not measured, or would be refused."""
         script = (BENCHMARKS / "run.sh").read_text(encoding="utf-8")
-        part = script[script.index("# Table I. A cell") : script.index("((measured))")]
+        part = script[script.index("# Table I: ") : script.index("((measured))")]
         measured = set()
         for call, prefixes in (
             ("table", ("table", "tests")),
@@ -1012,7 +1028,7 @@ class ReportTest(unittest.TestCase):
         images.mkdir(parents=True)
         (self.root / "README.md").write_text("")
         mark = "<!-- table {}: benchmarks/run.sh --paper -->\n<!-- end of table -->\n"
-        marks = map(mark.format, ("table-1-hard", "table-1-ratios", "paper-claims"))
+        marks = map(mark.format, ("table-1-hard", "table-1-ratios", "paper-replay", "paper-claims"))
         (self.root / "docs" / "paper.md").write_text("".join(marks))
         self.made("paper", "--docs", self.root)
         found = sorted(path.stem for path in images.iterdir())

@@ -53,14 +53,14 @@ void writePicture(const std::string& path, const FiberPolylines& scene, Numbers&
              {"touching_segments", static_cast<double>(touching.touching_segments)}};
 }
 
-/// The inner nodes of the paper's tree over one fiber, level by level: of boxes low and high
-/// corner, of spheres centre and radius.
-void writeNodes(std::ofstream& file, const FiberPolylines& fiber, FiberTreeOptions::Volumes kind) {
+/// The inner nodes of the paper's tree, level by level: of boxes low and high corner, of spheres
+/// centre and radius.
+void writeNodes(std::ofstream& file, const FiberPolylines& fibers, FiberTreeOptions::Volumes kind) {
   FiberTreeOptions options = FiberOptions{Topology::kBundle, Report::kVolumes};
   options.volumes = kind;
   options.topology = Topology::kSuperThread;
   FiberTree tree(options);
-  tree.build(fiberArrays(fiber));
+  tree.build(fiberArrays(fibers));
   std::size_t inner = 1;
   for (int depth = 0; inner > 0; ++depth) {
     inner = 0;
@@ -83,28 +83,29 @@ void writeNodes(std::ofstream& file, const FiberPolylines& fiber, FiberTreeOptio
   }
 }
 
-void writeVolumes(const std::string& path, const FiberPolylines& fiber) {
+void writeVolumes(const std::string& path, const FiberPolylines& fibers) {
   std::ofstream file = openForWriting(path);
   file << "kind,depth,a,b,c,d,e,f\n";
-  writeNodes(file, fiber, FiberTreeOptions::Volumes::kLayeredBoxes);
-  writeNodes(file, fiber, FiberTreeOptions::Volumes::kWrappedSpheres);
+  writeNodes(file, fibers, FiberTreeOptions::Volumes::kLayeredBoxes);
+  writeNodes(file, fibers, FiberTreeOptions::Volumes::kWrappedSpheres);
 }
 
 bool measurePictures(const Request& request) {
   const std::string& dir = request.out_dir;
   if (dir.empty()) throw std::invalid_argument("--measure=pictures: give --out_dir");
   const std::string loop = "paper-dynamic:frame=85";  // when it is nearly closed
-  const std::string wisps = "paper-half-scalp:wisp_fibers=300,length=7";
+  const std::string wisps = "paper-half-scalp:straight=1,wisp_fibers=300,length=7";
   const std::pair<const char*, std::string> kPictures[] = {{"loop", loop},
                                                            {"half_scalp", wisps},
                                                            {"strand", "paper-strand:fibers=500"},
                                                            {"volumes", loop + ",fibers=1"}};
   for (const auto& [name, text] : kPictures) {
     const std::string path = dir + "/" + name;
-    registerRuns("Picture/" + std::string(name), 1, [path, text = text](Numbers& numbers) {
+    const bool has_volumes = text.rfind(loop, 0) == 0;
+    registerRuns("Picture/" + std::string(name), 1, [=, text = text](Numbers& numbers) {
       const FiberPolylines scene = openScene(text, {}).scene();
       writePicture(path, scene, numbers);
-      if (scene.fiberCount() == 1) writeVolumes(path + ".csv", scene);
+      if (has_volumes) writeVolumes(path + ".csv", scene);
       return 0.0;
     });
   }

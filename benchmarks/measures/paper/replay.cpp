@@ -89,7 +89,7 @@ bool measureReplay(const Request& request) {
   if (!motion.summed) {
     throw std::invalid_argument("--measure=replay: give --scene=paper-dynamic, without a frame");
   }
-  const std::vector<Contender> contenders = readAgainst("paper_all").all();
+  const std::vector<Contender> contenders = readAgainst(request.against).all();
   PreflightLimits limits;
   limits.phase_seconds = std::min(request.limit, kMostSeconds);
   // In the middle of the motion and at its end.
