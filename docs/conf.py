@@ -33,7 +33,7 @@ NAVIGATION = {
         for name in "tree meshes managers options contacts files benchmark python".split()
     ],
     "Reference": ["contract", "numerics", "platforms", "works-with", "glossary"],
-    "Paper": ["paper"],
+    "Paper": ["paper", "paper_measured"],
     "Performance": ["performance", "accuracy", "costs", "beyond_one_machine"],
     "Developers": ["architecture", "/CONTRIBUTING", "log", "/CHANGELOG"],
 }

@@ -55,7 +55,7 @@ TEST(LoadFile, TheDynamicAssemblyFollowsRecordedLoads) {
   parameters.fibers = 3;
   parameters.segments = 20;
   const PaperDynamic loop(parameters);
-  for (const std::size_t i : {0, 40, 100}) parameters.loads.push_back(loopTrajectory()[i]);
+  for (const std::size_t i : {0u, 40u, 100u}) parameters.loads.push_back(loopTrajectory()[i]);
   const PaperDynamic recorded(parameters);
   ASSERT_EQ(recorded.steps(), 3);
   const FiberPolylines expected = loop.scene(40), found = recorded.scene(1);

@@ -174,9 +174,11 @@ class Guide {
       eye.controls.enabled = true;
       window.removeEventListener('pointermove', move);
       window.removeEventListener('pointerup', release);
+      window.removeEventListener('pointercancel', release);
     };
     window.addEventListener('pointermove', move);
     window.addEventListener('pointerup', release);
+    window.addEventListener('pointercancel', release);
   }
 
   /// By pixels: changes the force as a short cantilever would need it, or the torque.

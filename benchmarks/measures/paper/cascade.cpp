@@ -28,6 +28,8 @@ using geometry::Vec3d;
 
 /// A leaf that leaves its cage by less than this part of the radius has not escaped.
 constexpr double kEscape = 0x1p-30;
+/// Of radii, far above the rounding of either algorithm.
+constexpr double kTolerance = 1e-6;
 /// So many segments are searched for pairs after the motion.
 constexpr std::size_t kMostSearched = 100000;
 
@@ -80,13 +82,24 @@ class Cages {
   }
 
   /// How many times as large as the least ones its spheres are: mean of the inner nodes, and most.
+  /// Throws std::logic_error if a sphere does not enclose its leaves, or is not the least and has
+  /// to be.
   std::pair<double, double> looseness() const {
     double sum = 0, most = 0, count = 0;
     for (std::size_t i = 0; i < tree_.size(); ++i) {
       const BinaryTree::Node& node = tree_[static_cast<std::int32_t>(i)];
       if (node.isLeaf()) continue;
+      const Ball& ball = cages_[i].ball;
+      for (std::int32_t leaf = node.begin; leaf < node.end; ++leaf) {
+        const double reach = norm(balls_[leaf].center - ball.center) + balls_[leaf].radius;
+        if (reach > ball.radius * (1 + kTolerance)) throw std::logic_error("a leaf sticks out");
+      }
       const Ball least = enclosingSphere(balls_ + node.begin, node.end - node.begin).ball;
-      const double ratio = cages_[i].ball.radius / least.radius;
+      const double ratio = ball.radius / least.radius;
+      const bool has_to_be_least = kept_ == Kept::kNever || kept_ == Kept::kWhileLeast;
+      if (ratio < 1 - kTolerance || (has_to_be_least && ratio > 1 + kTolerance)) {
+        throw std::logic_error("a sphere is not the least");
+      }
       sum += ratio;
       most = std::max(most, ratio);
       count += 1;

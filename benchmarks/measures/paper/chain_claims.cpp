@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <numeric>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -50,8 +51,13 @@ tree::Topology<8> inSpace(const std::vector<Capsule>& links) {
   return bundle(fibers, middles);
 }
 
+/// What a query of boxes has tested and found.
+struct Found {
+  double tests = 0, pairs = 0;
+};
+
 template <int Arity>
-double boxTests(const tree::Topology<Arity>& topology, const std::vector<Capsule>& links) {
+Found query(const tree::Topology<Arity>& topology, const std::vector<Capsule>& links) {
   const BinaryTree tree(topology);
   std::vector<Capsule> by_leaf;
   for (const tree::SegmentId id : topology.leaves) {
@@ -59,7 +65,21 @@ double boxTests(const tree::Topology<Arity>& topology, const std::vector<Capsule
   }
   std::vector<AxisBox> boxes(tree.size());
   fitVolumes(tree, by_leaf, boxes);
-  return static_cast<double>(queryItself(tree, boxes, [](std::int32_t, std::int32_t) {}));
+  Found found;
+  found.tests = static_cast<double>(
+      queryItself(tree, boxes, [&](std::int32_t, std::int32_t) { found.pairs += 1; }));
+  return found;
+}
+
+/// The number of pairs whose spheres meet, by all pairs.
+double countMeeting(const std::vector<Capsule>& links) {
+  double count = 0;
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (overlaps(LayeredBall::around(links[i]), LayeredBall::around(links[j]))) ++count;
+    }
+  }
+  return count;
 }
 
 /// Section 2: how many others the sphere of a link meets.
@@ -73,10 +93,14 @@ void addNeighbors(const std::string& name, Chain kind, int edge) {
     met[static_cast<std::size_t>(a)] += 1;
     met[static_cast<std::size_t>(b)] += 1;
   });
+  const double sum = std::accumulate(met.begin(), met.end(), 0.0);
+  constexpr std::size_t kMostOfAllPairs = 5000;
+  if (links.size() <= kMostOfAllPairs && sum != 2 * countMeeting(links)) {
+    throw std::logic_error("chain-claims: the tree finds other pairs than a loop over all");
+  }
   registerNumbers("Neighbors/" + name, {{"segments", static_cast<double>(links.size())},
                                         {"most", *std::max_element(met.begin(), met.end())},
-                                        {"mean", std::accumulate(met.begin(), met.end(), 0.0) /
-                                                     static_cast<double>(met.size())}});
+                                        {"mean", sum / static_cast<double>(met.size())}});
 }
 
 /// So many links of a random walk in a cube, which mixes them: what is near in space is anywhere
@@ -100,10 +124,15 @@ std::vector<Capsule> wadded(std::size_t count, int edge) {
 void addKept(const std::string& name, int edge) {
   const std::vector<Capsule> after = linksOf(makeChain(Chain::kStraight, edge));
   const std::vector<Capsule> before = wadded(after.size(), edge);
+  const Found chain = query(alongChain(after.size()), after);
+  const Found kept = query(inSpace(before), after), anew = query(inSpace(after), after);
+  if (kept.pairs != chain.pairs || anew.pairs != chain.pairs) {
+    throw std::logic_error("chain-claims: trees over the same boxes find other pairs");
+  }
   registerNumbers("Kept/" + name, {{"segments", static_cast<double>(after.size())},
-                                   {"chain", boxTests(alongChain(after.size()), after)},
-                                   {"kept", boxTests(inSpace(before), after)},
-                                   {"anew", boxTests(inSpace(after), after)}});
+                                   {"chain", chain.tests},
+                                   {"kept", kept.tests},
+                                   {"anew", anew.tests}});
 }
 
 /// Boxes of a chain of which some joints have moved. What lies between two of these is rigid: its
@@ -139,6 +168,10 @@ void addPruned(int edge, std::size_t joints) {
   std::size_t tests = 0;
   const PrunedNodes nodes{{tree, boxes}, moved, &tests};
   PlainSelfQuery(nodes, 0, [](std::int32_t, std::int32_t) {});
+  if (joints == all.size() &&
+      static_cast<double>(tests) != query(alongChain(links.size()), links).tests) {
+    throw std::logic_error("chain-claims: a chain whose joints all move is pruned");
+  }
   double refitted = 0;
   for (std::size_t i = 0; i < tree.size(); ++i) {
     const BinaryTree::Node& node = tree[static_cast<std::int32_t>(i)];
@@ -184,7 +217,7 @@ bool measureChainClaims(const Request&) {
     addKept(name, edge);
   }
   addKept("edge:48", 48);
-  for (const std::size_t joints : {1, 10, 100, 1000, 1000000}) addPruned(32, joints);
+  for (const std::size_t joints : {1u, 10u, 100u, 1000u, 1000000u}) addPruned(32, joints);
   addJoints();
   return runRegistered();
 }
