@@ -30,7 +30,7 @@ void printNodes(const fcl_fibers::FiberPolylines& fibers, Topology topology, con
                 node.center[1] + node.half[1]);
     for (std::size_t i = 0; i < node.segment_count; ++i) {
       const auto at = tree.fiberSegment(node.segments[i]);
-      std::printf(" %zu:%zu", at.fiber, at.segment);
+      std::printf(" %zu:%zu", at.fiber, at.number);
     }
     std::puts("");
   }
