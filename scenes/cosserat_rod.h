@@ -56,7 +56,7 @@ RodLoad turned(const RodLoad& load, const Eigen::Quaterniond& turn);
 struct RodShape {
   double spacing = 0;                     ///< of the points, in s
   std::vector<Eigen::Vector3d> points;    ///< r
-  std::vector<Eigen::Vector3d> tangents;  ///< r', of length 1 if the rod does not stretch
+  std::vector<Eigen::Vector3d> tangents;  ///< r', of length 1 if the rod neither shears nor stretches
   std::vector<Eigen::Vector3d> bends;     ///< r''
   std::vector<Rotation> frames;           ///< R, of unit length to rounding
   std::vector<Eigen::Vector3d> moments;   ///< m, in the world frame
@@ -70,7 +70,7 @@ struct RodShape {
 
   /// Whether the rod would come back to this shape when pushed: no part of it, clamped where it
   /// begins, has a second equilibrium near by. Exact, up to the distance of points, for a rod
-  /// without tip torque; a torque that keeps its direction has no potential to decide by.
+  /// without torques; a torque that keeps its direction has no potential to decide by.
   bool is_stable = false;
 };
 
