@@ -17,9 +17,9 @@
 //   fcl_fibers_bench --measure=shapes|narrow [SCENE]
 //   fcl_fibers_bench --measure=arms|queries|clients|costs|sampling|dials|motion-dials
 //   fcl_fibers_bench --measure=chain|chain-claims|radii|rods|pictures   the paper's
-//   fcl_fibers_bench --measure=cascade [SCENE] [--runs=N]           likewise
+//   fcl_fibers_bench --measure=cascade [SCENE] [--runs=N]            the paper's
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper   likewise
-//   fcl_fibers_bench --measure=replay --scene=paper-dynamic --against=WHOM   likewise
+//   fcl_fibers_bench --measure=replay --scene=paper-dynamic --against=WHOM    the paper's
 //   fcl_fibers_bench --measure=volumes [SCENE]                      likewise
 //
 // WHOM is headline, full, all, paper, paper_all, or names of contenders, NAME,... Add

@@ -133,7 +133,7 @@ class Cages {
     return true;
   }
 
-  /// Raises `reach` to the farthest leaf of those that are in the ball but for rounding.
+  /// Raises `reach` to the farthest leaf of those that are in the ball, up to rounding.
   bool encloses(std::int32_t index, const Ball& ball, double& reach) {
     const double limit = ball.radius * (1 + kEscape);
     const BinaryTree::Node& node = tree_[index];
