@@ -39,8 +39,7 @@ void release(void* memory) noexcept {
 
 }  // namespace
 
-// The forms for arrays are defined by these. A sanitizer has forms of its own of all that is not
-// replaced here, whose memory release() could not free.
+// A sanitizer has forms of its own of all that is not replaced here, whose memory is not counted.
 void* operator new(std::size_t size) {
   if (fails()) throw std::bad_alloc();
   return counted(std::malloc(size > 0 ? size : 1));
@@ -57,10 +56,21 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
   const auto unit = static_cast<std::size_t>(alignment);
   return counted(std::aligned_alloc(unit, (size / unit + 1) * unit));
 }
+void* operator new[](std::size_t size) { return operator new(size); }
+void* operator new[](std::size_t size, const std::nothrow_t& tag) noexcept {
+  return operator new(size, tag);
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return operator new(size, alignment);
+}
 void operator delete(void* memory) noexcept { release(memory); }
 void operator delete(void* memory, std::size_t) noexcept { release(memory); }
 void operator delete(void* memory, std::align_val_t) noexcept { release(memory); }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
+void operator delete[](void* memory) noexcept { release(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { release(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { release(memory); }
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
 
 namespace fcl_fibers::test {
 
