@@ -71,7 +71,8 @@ struct RodShape {
 
   /// Whether the rod would come back to this shape when pushed: no part of it, clamped where it
   /// begins, has a second equilibrium near by. Exact, up to the distance of points, for a rod
-  /// without torques; a torque that keeps its direction has no potential to decide by.
+  /// without torques; a torque that keeps its direction has no potential to decide by. Shear and
+  /// stretch add -n . R (v + e3) / 2 to the potential: as n is given, it is one of frames alone.
   bool is_stable = false;
 };
 

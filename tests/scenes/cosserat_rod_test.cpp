@@ -262,6 +262,20 @@ TEST(CosseratRod, AColumnBucklesToTheSideItIsPushedTo) {
   EXPECT_LT(hanging.points.back().z(), 0.3);
 }
 
+TEST(CosseratRod, AColumnThatShearsBucklesSooner) {
+  // If this fails, a soft column stands that would fall: beyond P (1 + P / 10 - P / 20) = pi^2 / 4,
+  // P = 2.2208, instead of Euler's 2.4674 (Haringx, On Highly Compressible Helical Springs, 1948).
+  CosseratRod rod = rodOf(1, {1, 1, 1});
+  rod.shear_stiffness = {10, 10, 20};
+  RodLoad load;
+  load.tip_force = {0, 1e-6, -2.2};
+  EXPECT_NEAR(solveRod(rod, load, 100).points.back().z(), 1 - 2.2 / 20, 1e-3);
+  load.tip_force = {0, 1e-6, -2.24};
+  const RodShape fallen = solveRod(rod, load, 100);
+  EXPECT_TRUE(fallen.is_stable);
+  EXPECT_GT(fallen.points.back().y(), 0.1);
+}
+
 TEST(CosseratRod, RefinedPointsLieOnTheCentreLine) {
   // If this fails, a scene of many segments is not the rod of its few. The quintic's own error
   // falls by 2^6; the error of the solver's frames, of fourth order, falls by 2^5 over a segment's
