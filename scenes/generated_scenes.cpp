@@ -47,14 +47,16 @@ class Parameters {
       if (equals == std::string::npos || equals == 0) {
         refuse(text_, "'" + item + "' is not key=value");
       }
-      if (!keys_.emplace(item.substr(0, equals), item.substr(equals + 1)).second) {
-        refuse(text_, "'" + item.substr(0, equals) + "' is given twice");
-      }
+      add(item.substr(0, equals), item.substr(equals + 1));
       begin = end + 1;
     }
   }
 
   bool has(const char* key) const { return keys_.count(key) > 0; }
+
+  void add(const std::string& key, const std::string& value) {
+    if (!keys_.emplace(key, value).second) refuse(text_, "'" + key + "' is given twice");
+  }
 
   template <typename Number>
   Number take(const char* key, Number otherwise) {
@@ -65,12 +67,12 @@ class Parameters {
     return number;
   }
 
-  std::string takeText(const char* key) {
-    const auto found = keys_.find(key);
-    if (found == keys_.end()) return "";
-    const std::string text = found->second;
+  std::vector<RodLoad> takeLoads() {
+    const auto found = keys_.find("loads");
+    if (found == keys_.end()) return {};
+    std::vector<RodLoad> loads = readLoads(found->second);
     keys_.erase(found);
-    return text;
+    return loads;
   }
 
   int takeFibers(int otherwise) {
@@ -186,13 +188,12 @@ SceneSource dynamicScene(Parameters& keys) {
   PaperDynamicParameters parameters;
   takeCommon(keys, parameters);
   parameters.turned = keys.take("turned", 0) != 0;
-  const std::string loads = keys.takeText("loads");
-  if (!loads.empty()) parameters.loads = readLoads(loads);
+  parameters.loads = keys.takeLoads();
   const auto assembly = std::make_shared<PaperDynamic>(parameters);
   SceneSource source;
   source.frame_count = assembly->steps();
   // The loop is nearly closed then.
-  source.frame = loads.empty() ? 85 : source.frame_count - 1;
+  source.frame = parameters.loads.empty() ? 85 : source.frame_count - 1;
   for (int frame = 0; frame < source.frame_count; frame += 2) source.playable.push_back(frame);
   if (!parameters.turned) {
     const CosseratRod rod = guideFilament();
@@ -225,7 +226,8 @@ constexpr Kind kKinds[] = {
      strandScene},
 };
 
-SceneSource makeScene(const std::string& text, std::optional<double> radius, int part) {
+SceneSource makeScene(const tools::SceneName& scene, int part) {
+  const std::string& text = scene.text;
   const std::size_t colon = std::min(text.find(':'), text.size());
   const std::string name = text.substr(0, colon);
   const auto* const kind = std::find_if(std::begin(kKinds), std::end(kKinds),
@@ -234,11 +236,14 @@ SceneSource makeScene(const std::string& text, std::optional<double> radius, int
     refuse(text, "there is neither a file nor a scene of that name; see " + tools::programName() +
                      " --help");
   }
-  if (radius) {
+  if (scene.options.radius) {
     refuse(text, "--radius is for files; for a generated scene give " + text +
-                     (colon < text.size() ? ",radius=" : ":radius=") + shortest(*radius));
+                     (colon < text.size() ? ",radius=" : ":radius=") +
+                     shortest(*scene.options.radius));
   }
   Parameters keys(text, colon < text.size() ? text.substr(colon + 1) : "", part);
+  // Not as a part of the text, because a path may hold commas.
+  if (scene.loads) keys.add("loads", *scene.loads);
   SceneSource source = kind->make(keys);
   source.name = name;
   source.title = text;
@@ -255,6 +260,7 @@ SceneSource makeScene(const std::string& text, std::optional<double> radius, int
     source.playable = {source.frame};
   }
   source.asked = frames.empty() ? std::vector<int>{source.frame} : frames;
+  if (keys.has("loads")) refuse(text, "only paper-dynamic has loads");
   keys.requireNoMore();
   if (source.frame < 0 || source.frame >= source.frame_count) {
     refuse(text, "frame=" + std::to_string(source.frame) + ": give a frame from 0 to " +
@@ -279,10 +285,7 @@ std::string help() {
 }  // namespace
 
 tools::GeneratedScenes generatedScenes(int part) {
-  return {[part](const std::string& text, std::optional<double> radius) {
-            return makeScene(text, radius, part);
-          },
-          help()};
+  return {[part](const tools::SceneName& scene) { return makeScene(scene, part); }, help()};
 }
 
 SceneSource openScene(const std::string& text, std::optional<double> radius, int part) {

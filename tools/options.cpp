@@ -325,12 +325,6 @@ void addView(CLI::App& command, Arguments& arguments) {
 
 void Arguments::nameScenes() {
   std::vector<std::string> texts = scenes;
-  // Who has no loads refuses the key.
-  for (std::string& text : texts) {
-    if (!loads.empty() && !isFile(text)) {
-      text += (text.find(':') == std::string::npos ? ":loads=" : ",loads=") + loads;
-    }
-  }
   for (const std::string& text : {other, end}) {
     if (!text.empty()) texts.push_back(text);
   }
@@ -341,6 +335,9 @@ void Arguments::nameScenes() {
                     "each",
                     radii.size(), counted(files, "file")));
   }
+  if (loads && files == texts.size()) {
+    throw std::invalid_argument("--loads is for generated scenes, and these are files");
+  }
   std::size_t file = 0;
   for (const std::string& text : texts) {
     io::FiberFileOptions options;
@@ -349,7 +346,7 @@ void Arguments::nameScenes() {
       if (!radii.empty()) options.radius = radii.size() == 1 ? radii[0] : radii[file++];
       options.radius_from = radius_from;
     }
-    request.scenes.push_back({text, options, &generated});
+    request.scenes.push_back({text, options, &generated, loads});
   }
   for (const auto& [text, scene] : {std::pair(&end, &request.end), {&other, &request.other}}) {
     if (text->empty()) continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct Arguments {
   const GeneratedScenes& generated;
   Request request{};
   std::vector<std::string> scenes{};
-  std::string other{}, end{}, loads{};
+  std::string other{}, end{};
+  std::optional<std::string> loads{};
   std::vector<double> radii{};
   std::string radius_from{};
 

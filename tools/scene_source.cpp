@@ -101,7 +101,7 @@ SceneSource SceneName::find() const {
   if (!options.radius_from.empty()) {
     refuse(text, "--radius-from is for files; a generated scene has the key `radius`");
   }
-  return generated->make(text, options.radius);
+  return generated->make(*this);
 }
 
 void requireNoProblem(const SceneSource& source) {

@@ -39,12 +39,15 @@ struct SceneSource {
   FiberPolylines scene() const { return make(frame); }
 };
 
+struct SceneName;
+
 /// The scenes that a program generates by name, if it does.
 struct GeneratedScenes {
   /// Makes the scene of `NAME` or `NAME:key=value,...`. Throws std::invalid_argument if there is
-  /// none of that name, if a key is unknown or its value out of range, or if there is a radius, for
-  /// which scenes have a key. Empty if the program generates none.
-  std::function<SceneSource(const std::string& text, std::optional<double> radius)> make;
+  /// none of that name, if a key is unknown or its value out of range, if there is a radius, for
+  /// which scenes have a key, or if there are loads and the scene has none; and std::runtime_error
+  /// if the loads cannot be read. Empty if the program generates none.
+  std::function<SceneSource(const SceneName& name)> make;
   std::string help;  ///< names, keys and defaults
 };
 
@@ -62,8 +65,9 @@ void printWarnings(const SceneSource& source);
 /// scene.
 struct SceneName {
   std::string text;
-  io::FiberFileOptions options;      ///< of a file
-  const GeneratedScenes* generated;  ///< outlive it
+  io::FiberFileOptions options;        ///< of a file
+  const GeneratedScenes* generated;    ///< outlive it
+  std::optional<std::string> loads{};  ///< file of the loads of a generated scene
 
   /// Throws std::invalid_argument if there is no such file or scene.
   SceneSource find() const;

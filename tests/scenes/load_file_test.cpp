@@ -21,7 +21,7 @@ using testing::ThrowsMessage;
 TEST(LoadFile, ReadsStatesBetweenCommentsHoweverTheyAreSeparated) {
   const test::TemporaryFile file(".txt",
                                  "# force and torque\r\n0 0 0 0 0 0\r\n\r\n"
-                                 "  1,-2.5e-1,3 , 4\t5,6\n # the end\n0 0 0 0 0 7");
+                                 "  1,-2.5e-1,3 , 4\t5,6# bent\n # the end\n0 0 0 0 0 7");
   const std::vector<RodLoad> loads = readLoads(file.path());
   ASSERT_EQ(loads.size(), 3u);
   EXPECT_EQ(loads[0].tip_force, Eigen::Vector3d(0, 0, 0));
@@ -45,6 +45,9 @@ TEST(LoadFile, RefusesWhatIsNoRecordingAndTellsWhere) {
   refuses("1 2 3 4 5 six\n", "line 1: 'six' is not a finite number");
   refuses("1 2 3 4 5 nan\n", "line 1: 'nan' is not a finite number");
   refuses("1 2 3 4 5 1e999\n", "line 1: '1e999' is not a finite number");
+  std::string many;
+  for (int state = 0; state <= 10000; ++state) many += "0 0 0 0 0 0\n";
+  refuses(many, "line 10001: there are more than 10,000 states");
   EXPECT_THAT([] { readLoads("no such file"); },
               ThrowsMessage<std::runtime_error>(HasSubstr("the file cannot be opened")));
 }

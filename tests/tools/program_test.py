@@ -245,6 +245,14 @@ class Generate(ProgramTest):
         self.assertEqual(texts.pop(7), texts[6], "85 is the dynamic assembly's own frame")
         self.assertEqual(len(set(texts)), len(texts))
 
+    def test_loads_are_of_all_scenes_that_are_generated(self):
+        """Else a step would lead from one motion to another. Their path may hold commas."""
+        loads = self.folder / "a,b:c=d.txt"
+        loads.write_bytes(LOADS.read_bytes())
+        scene = "paper-dynamic:fibers=2,segments=5,frame="
+        step = ("check", scene + "9", "--end", scene + "9", "--loads", loads, "--exit-zero")
+        self.assertIn("points move by 0 on average", self.run_program(*step))
+
 
 class Info(ProgramTest):
     def test_counts_and_lengths(self):
@@ -452,6 +460,9 @@ class BadUse(ProgramTest):
         self.refused("generate", "helix:fibers=0", "-o", out, says="fibers")
         self.refused("generate", "paper-dynamic:fibers=1,frame=101", "-o", out, says="0 to 100")
         self.refused("view", "paper-dynamic:fibers=1,frames=9:3", "-o", out, says="FIRST:LAST")
+        self.refused("view", "helix", "--loads", "a", "-o", out, says="'helix': only paper-dynamic")
+        self.refused("check", "paper-dynamic", "--loads", "", says="loads '': the file cannot be")
+        self.refused("check", "-", "--loads", "a", says="--loads is for generated scenes")
         self.refused("generate", "helix:fibers=2", "-o", self.folder / "a.obj", says=".vtp")
 
     def test_files_that_cannot_be_read_or_written(self):
