@@ -264,7 +264,7 @@ case $scenes in
     table strand-1000 "$strand:area=3.077,deviation=0.00015" "$cell"
     table strand-2000 "$strand:fibers=2000" "$cell"
     table strand-loose-1000 "$strand:area=3.077,$loose" "$cell"
-    table strand-loose-2000 "$strand:fibers=2000,area=6.154,$loose" "$cell"
+    table strand-loose-2000 "$strand:fibers=2000,area=6.154,${loose/0.3/0.2}" "$cell"
     table half-scalp-wisps "$scalp:straight=1,length=7,wisp_fibers=300" "$cell" WrappedSphereTree
     table half-scalp "$scalp:straight=1" 60 LayeredAABBTree
 

@@ -175,8 +175,8 @@ FiberPolylines makePaperHalfScalp(const PaperHalfScalpParameters& parameters);
 ///     4 turns, radius 1, deviation 0.00024       3,300,  21,600,  80,700
 ///     2 turns, radius 0.5, deviation 0.0034      5,400,  21,700,  86,600
 ///
-/// At one density, 325 / cm2, straight rods of 2 turns, radius 0.5 and deviation 0.3 touch in
-/// 25,000 pairs if they are 1,000, and in 63,700 if they are 2,000.
+/// At one density, 325 / cm2, straight rods of 2 turns and radius 0.5 touch in 25,000 pairs if they
+/// are 1,000, of deviation 0.3, and in 81,000 if they are 2,000, of deviation 0.2.
 ///
 /// Segments are 0.015 long and 0.007 wide, so that those next but one do not touch. Throws
 /// std::invalid_argument if area is not in (0, 1e6), fibers above 975 * area, turns or helix_radius
