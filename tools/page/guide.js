@@ -2,6 +2,8 @@
 
 const kGuidePieces = 50;
 const kGrip = 22;  // pixels around the tip
+const kMostTries = 30;  // of a move of the mouse
+const kMostStates = 10000;  // that a file may have
 
 /// A straight rod, clamped at the origin along z, that neither shears nor stretches, under a force
 /// and a torque at its tip. Its twist does not show: with equal stiffness in all directions,
@@ -39,13 +41,14 @@ class GuideRod {
   }
 
   /// The moment at the base for which that at the tip is the torque, by Newton's method from the
-  /// one before; null if it is not found near by, where the rod snaps.
+  /// one before; null if there is none near by, or the rod is not stable there, and snaps. The
+  /// derivative of the moment at the tip has a determinant of 1 without a load, and of 0 where
+  /// stability is lost.
   solved(force, torque) {
     const unit = this.stiffness / this.length, base = this.base.clone();
     for (let step = 0; step < 20; ++step) {
       const {points, moment} = this.shot(force, base), rest = torque.clone().sub(moment);
       if (points[kGuidePieces].distanceTo(this.tip) > this.length / 3) return null;
-      if (rest.length() < 1e-9 * unit) return {base, points};
       const eps = 1e-6 * unit;
       const columns = [0, 1, 2].map(k => {
         const other = base.clone();
@@ -53,15 +56,16 @@ class GuideRod {
         return this.shot(force, other).moment.sub(moment).divideScalar(eps);
       });
       const matrix = new THREE.Matrix4().makeBasis(...columns);
+      if (rest.length() < 1e-9 * unit) return matrix.determinant() > 0 ? {base, points} : null;
       base.add(rest.applyMatrix4(new THREE.Matrix4().getInverse(matrix)));
     }
     return null;
   }
 
-  /// Brings the load to these, in steps that are halved; false if it gets no further than the rod
-  /// is bent then.
+  /// Brings the load to these, in steps that are halved. Returns false if the rod would snap before;
+  /// it then has the last load that it could carry.
   bend(force, torque) {
-    for (let part = 1; part > 1e-3;) {
+    for (let part = 1, tries = 0; tries < kMostTries; ++tries) {
       const f = this.force.clone().lerp(force, part), t = this.torque.clone().lerp(torque, part);
       const found = this.solved(f, t);
       if (!found) {
@@ -93,6 +97,7 @@ class Guide {
     this.line = new THREE.Mesh(undefined, material);
     this.handle = new THREE.Mesh(new THREE.SphereBufferGeometry(0.012 * rod.length, 16, 12), material);
     this.group.add(this.line, this.handle);
+    this.material = material;
     this.uniforms = {onlyTouching: {}};
     this.panel = document.createElement('div');
     this.panel.className = 'panel guide';
@@ -111,10 +116,18 @@ class Guide {
   }
 
   dispose() {
+    if (this.release) this.release();
+    this.material.dispose();
     this.line.geometry.dispose();
     this.handle.geometry.dispose();
     this.panel.remove();
     this.viewer.canvas.removeEventListener('pointerdown', this.grip, true);
+  }
+
+  /// The straight rod, relative to the middle, to be in the picture.
+  get extent() {
+    const {x, y, z} = this.group.position;
+    return new Float32Array([x, y, z, x, y, z + this.rod.length]);
   }
 
   /// A recording begins at rest.
@@ -132,7 +145,9 @@ class Guide {
   /// @param reached  whether it is bent as far as the mouse asks
   note(reached) {
     const {points, tip, force, torque} = this.rod;
-    if (this.recording) this.states.push([...force.toArray(), ...torque.toArray()]);
+    if (this.recording && this.states.length < kMostStates) {
+      this.states.push([...force.toArray(), ...torque.toArray()]);
+    }
     this.line.geometry.dispose();
     this.line.geometry = new THREE.TubeBufferGeometry(
         new THREE.CatmullRomCurve3(points), 2 * kGuidePieces, 0.004 * this.rod.length, 6);
@@ -153,7 +168,7 @@ class Guide {
     link.href = URL.createObjectURL(new Blob([this.text], {type: 'text/plain'}));
     link.download = 'recorded_loads.txt';
     link.click();
-    URL.revokeObjectURL(link.href);
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);  // the download has begun by then
   }
 
   // --- The mouse ---
@@ -167,18 +182,20 @@ class Guide {
     eye.controls.enabled = false;
     let last = [event.clientX, event.clientY];
     const move = moved => {
+      if (moved.pointerId !== event.pointerId) return;
       this.drag(moved.clientX - last[0], moved.clientY - last[1], moved.shiftKey);
       last = [moved.clientX, moved.clientY];
     };
-    const release = () => {
+    const release = lifted => {
+      if (lifted && lifted.pointerId !== event.pointerId) return;
+      this.release = null;
       eye.controls.enabled = true;
       window.removeEventListener('pointermove', move);
-      window.removeEventListener('pointerup', release);
-      window.removeEventListener('pointercancel', release);
+      for (const end of ['pointerup', 'pointercancel']) window.removeEventListener(end, release);
     };
+    this.release = release;
     window.addEventListener('pointermove', move);
-    window.addEventListener('pointerup', release);
-    window.addEventListener('pointercancel', release);
+    for (const end of ['pointerup', 'pointercancel']) window.addEventListener(end, release);
   }
 
   /// By pixels: changes the force as a short cantilever would need it, or the torque.

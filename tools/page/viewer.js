@@ -119,8 +119,9 @@ class Viewer {
       pressed = event.button === 0 ? [event.clientX, event.clientY] : null;
     });
     this.canvas.addEventListener('pointerup', event => {
-      const still = pressed &&
+      const still = pressed && event.button === 0 &&
           Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4;
+      pressed = null;
       if (still) this.pickAt(event.clientX, event.clientY);
     });
     window.addEventListener('keydown', event => {
@@ -151,11 +152,13 @@ class Viewer {
     this.meshes = new Meshes(this.meshData, frames.scene.middle);
     this.drawn = [this.fibers, ...this.markers, this.meshes];
     const {guide, middle} = frames.scene;
-    if (guide) this.drawn.push(new Guide(this, guide, middle));
+    this.guide = guide ? new Guide(this, guide, middle) : null;
+    if (guide) this.drawn.push(this.guide);
     this.stage.add(...this.drawn.map(drawn => drawn.mesh || drawn.group));
     this.shown = null;
     this.view = null;
     const points = frames.scene.frames.map((_, i) => frames.get(i).points);
+    if (guide) points.push(this.guide.extent);
     this.framing = new Framing([...points, ...this.meshes.points], frames.thickest);
     this.setUp(frames.scene.up);
     if (this.embedded) this.eye.controls.enableZoom = false;
