@@ -54,13 +54,12 @@ RodLoad turned(const RodLoad& load, const Eigen::Quaterniond& turn);
 
 /// A rod in equilibrium at segments + 1 points of equal distance in s, base first.
 struct RodShape {
-  double spacing = 0;                   ///< of the points, in s
-  std::vector<Eigen::Vector3d> points;  ///< r
-  std::vector<Eigen::Vector3d>
-      tangents;                        ///< r', of length 1 if the rod neither shears nor stretches
-  std::vector<Eigen::Vector3d> bends;  ///< r''
-  std::vector<Rotation> frames;        ///< R, of unit length to rounding
-  std::vector<Eigen::Vector3d> moments;  ///< m, in the world frame
+  double spacing = 0;                     ///< of the points, in s
+  std::vector<Eigen::Vector3d> points;    ///< r
+  std::vector<Eigen::Vector3d> tangents;  ///< r', of length 1 without shear and stretch
+  std::vector<Eigen::Vector3d> bends;     ///< r''
+  std::vector<Rotation> frames;           ///< R, of unit length to rounding
+  std::vector<Eigen::Vector3d> moments;   ///< m, in the world frame
 
   /// What is left of the equations: the largest jump of the frame (radians) or of the moment (times
   /// length over the least bending stiffness) from one point to the next.

@@ -220,9 +220,9 @@ constexpr Kind kKinds[] = {
      staticScene},
     {"paper-dynamic",
      "the paper's dynamic assembly, 150 x 100; loads=FILE: of a recording, turned=1", dynamicScene},
-    {"paper-half-scalp", "the paper's half scalp, 50,000 x 50; length=7,wisp_fibers=300,hanging=1",
+    {"paper-half-scalp", "the paper's half scalp, 50,000 x 50; length=7,wisp_fibers=300,straight=1",
      halfScalpScene},
-    {"paper-strand", "the paper's strand, 1,000 x 2,000; turns=2,helix_radius=0.5,turned=1",
+    {"paper-strand", "the paper's strand, 1,000 x 2,000; turns=2,helix_radius=0.5,straight=1",
      strandScene},
 };
 

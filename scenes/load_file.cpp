@@ -23,8 +23,9 @@ std::string read(std::string_view line, std::array<double, kNumbers>& numbers) {
   std::size_t count = 0;
   for (std::size_t at = line.find_first_not_of(kBlanks); at != std::string_view::npos;
        at = line.find_first_not_of(kBlanks, at)) {
-    const std::string_view word = line.substr(at, line.find_first_of(kBlanks, at) - at);
+    std::string_view word = line.substr(at, line.find_first_of(kBlanks, at) - at);
     at += word.size();
+    if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
     double number = 0;
     const char* const end = word.data() + word.size();
     const auto [stop, error] = std::from_chars(word.data(), end, number);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <utility>
 
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
@@ -59,13 +60,34 @@ TYPED_TEST(Cages, WhoAsksIsToldHowManyWereRecomputed) {
   EXPECT_EQ(this->manager_.cagesRecomputed(), 6u) << "the way from one of 128 leaves to the root";
 }
 
-// A manager that is empty or holds one object has no tree to ask.
+// A manager that is empty, or was moved from, has no tree to ask; one object has a cage of its own.
 TYPED_TEST(Cages, AManagerWithoutATreeHasNone) {
   WrappedSphereTreeCollisionManager<TypeParam> manager;
   EXPECT_EQ(manager.cageCount(), 0u);
   EXPECT_EQ(manager.cagesRecomputed(), 0u);
   manager.registerObject(this->scene_[0]);
-  EXPECT_LE(manager.cagesRecomputed(), 1u);
+  EXPECT_EQ(manager.cageCount(), 1u);
+  EXPECT_EQ(manager.cagesRecomputed(), 1u);
+  const auto taken = std::move(manager);
+  EXPECT_EQ(taken.cageCount(), 1u);
+  EXPECT_EQ(manager.cageCount(), 0u);  // NOLINT: what is left is an empty manager
+}
+
+// Counts would depend on the threads that share an update.
+TYPED_TEST(Cages, CountsDoNotDependOnTheNumberOfThreads) {
+  FiberManagerOptions options;
+  options.threads = 4;
+  WrappedSphereTreeCollisionManager<TypeParam> shared(options), alone;
+  for (auto* manager : {&shared, &alone}) {
+    for (const auto& fiber : this->scene_.fibers()) manager->registerFiber(fiber);
+    manager->setup();
+  }
+  Random random(42);
+  jolt(this->scene_.objects(), random, 0.1, 0.5);
+  for (auto* manager : {&shared, &alone}) manager->update();
+  EXPECT_EQ(shared.cageCount(), alone.cageCount());
+  EXPECT_GT(alone.cagesRecomputed(), 0u);
+  EXPECT_EQ(shared.cagesRecomputed(), alone.cagesRecomputed());
 }
 
 }  // namespace

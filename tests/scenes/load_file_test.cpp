@@ -21,7 +21,7 @@ using testing::ThrowsMessage;
 TEST(LoadFile, ReadsStatesBetweenCommentsHoweverTheyAreSeparated) {
   const test::TemporaryFile file(".txt",
                                  "# force and torque\r\n0 0 0 0 0 0\r\n\r\n"
-                                 "  1,-2.5e-1,3 , 4\t5,6# bent\n # the end\n0 0 0 0 0 7");
+                                 "  +1,-2.5e-1,3 , 4\t5,6# bent\n # the end\n0 0 0 0 0 7");
   const std::vector<RodLoad> loads = readLoads(file.path());
   ASSERT_EQ(loads.size(), 3u);
   EXPECT_EQ(loads[0].tip_force, Eigen::Vector3d(0, 0, 0));

@@ -309,8 +309,20 @@ TEST(StrandStyles, StraightRodsAreHelicesUnderATorque) {
       const Eigen::Vector3d across = at(i + half) - at(i);
       EXPECT_NEAR(std::hypot(across.x(), across.y()), 2 * parameters.helix_radius, 1e-5);
       EXPECT_NEAR(across.z(), -fall * 30 * static_cast<double>(half) / 2000, 1e-5);
+      // It has the hand of the curved one.
+      const Eigen::Vector3d a = at(i + 1) - at(i), b = at(i + 100) - at(i + 99);
+      EXPECT_GT((at(i + half) - at(i + half - 1)).dot(a.cross(b)), 0);
     }
   }
+  const FiberPolylines alike = scene;
+  parameters.deviation = 0.1;
+  const FiberPolylines deviating = makePaperStrand(parameters);
+  const auto offset = [](const FiberPolylines& strand) {
+    const Point &p = tip(strand, 0), &q = tip(strand, 1);
+    return minus(minus(q, root(strand, 1)), minus(p, root(strand, 0)));
+  };
+  EXPECT_LE(dot(offset(alike), offset(alike)), 1e-10);
+  EXPECT_GE(dot(offset(deviating), offset(deviating)), 0.01);
 }
 
 }  // namespace
