@@ -16,11 +16,11 @@
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
 //   fcl_fibers_bench --measure=shapes|narrow [SCENE]
 //   fcl_fibers_bench --measure=arms|queries|clients|costs|sampling|dials|motion-dials
-//   fcl_fibers_bench --measure=chain|chain-claims|radii|rods|pictures   the paper's
-//   fcl_fibers_bench --measure=cascade [SCENE] [--runs=N]            the paper's
-//   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper   likewise
-//   fcl_fibers_bench --measure=replay --scene=paper-dynamic --against=WHOM    the paper's
-//   fcl_fibers_bench --measure=volumes [SCENE]                      likewise
+//   fcl_fibers_bench --measure=chain|chain-claims|radii|rods|pictures      the paper's
+//   fcl_fibers_bench --measure=cascade [SCENE] [--runs=N]               the paper's
+//   fcl_fibers_bench --measure=volumes [SCENE]                          the paper's
+//   fcl_fibers_bench --measure=volume-tests [SCENE] --against=WHOM      the paper's
+//   fcl_fibers_bench --measure=replay --scene=SCENE --against=WHOM      the paper's
 //
 // WHOM is headline, full, all, paper, paper_all, or names of contenders, NAME,... Add
 // --benchmark_out=FILE.json and any other flag of Google Benchmark. SCENE is
@@ -99,9 +99,9 @@
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
 //   Sampling/<segments>   the helix cut into 25 to 2,000 segments: contacts found and missed
 //   Touching/<set>/<who>  segments that touch the head, all or without those at roots: the update
-//   of
-//                         the head's pose and the query. "turned" is by arrays, for a head that is
-//                         stored at another rotation; FCL's is the head's query with fcl::collide
+//                         of the head's pose and the query. "turned" is by arrays, for a head that
+//                         is stored at another rotation; FCL's is the head's query with
+//                         fcl::collide
 //   Judged/<set>          the check of these: FCL's errors, by a judge that takes all triangles
 //   Contacts/<set>        of all segments and triangles that touch, by arrays
 //   Boxes/<who>           pairs of a segment's and a triangle's box that overlap
@@ -135,10 +135,12 @@
 //                         without the root, those that are "sticking_out" of the one above
 //   Cascade/<kept>/<by>   the paper's tree through the frames of the scene, in one plain loop: the
 //                         seconds to "build" it at the first, and those of an "update", the mean of
-//                         the others; the share of the cages that are made "anew", and the "worst"
-//                         of the updates; tests of a leaf or a cage below against a cage; mean and
-//                         largest radius at the end, times the least; and of Welzl's algorithm the
-//                         tests of a ball against a sphere, the mean of all frames
+//                         the others; the share of the cages that are made "anew"; "tests" of a
+//                         leaf or a cage below against a cage; how many times as large as the least
+//                         cages are at the end, "loose", and the "volume_tests" of a query then; of
+//                         Welzl's algorithm the tests of a ball against a sphere, the mean of all
+//                         frames. "boxes" are united or keep their basis, and have "bytes"
+//   Root/<by>             one sphere around all segments of the last frame, by Welzl's algorithm
 //   Neighbors/..., Kept/..., Pruned/..., Joints/...   what is said of chains, in counts; see
 //                         measures/paper/chain_claims.cpp
 //   Volumes/<tree>/<kind> the paper's trees, binary, with other volumes in their nodes: one plain

@@ -293,15 +293,16 @@ case $scenes in
 
     # Enclosing spheres by Welzl's algorithm, and cascade verification as published. In the chain's
     # order, the algorithm takes minutes on long fibers.
-    cascade() { measure "cascade_$1" cascade --scene="$2" --runs="$3" "${@:4}"; }
+    cascade() { measure "cascade_$1" cascade --runs=3 --scene="$2" "${@:3}"; }
     welzl='--benchmark_filter=exact|/welzl/|boxes'
-    cascade static paper-static:frames=0:5 3
-    cascade dynamic paper-dynamic:frames=0:100 3
-    cascade strand "$strand:area=3.077,$loose" 1 "$welzl"
-    cascade strand-10 "$strand:fibers=10,$loose" 3 '--benchmark_filter=anew|boxes'
-    cascade half-scalp "$scalp:straight=1,length=7,wisp_fibers=300" 1 "$welzl"
+    cascade static paper-static:frames=0:5
+    cascade dynamic paper-dynamic:frames=0:100
+    cascade strand "$strand:area=3.077,$loose" "$welzl"
+    cascade strand-10 "$strand:fibers=10,$loose" '--benchmark_filter=anew|boxes'
+    cascade half-scalp "$scalp:straight=1,length=7,wisp_fibers=300" "$welzl"
     for n in $(seq 50 50 1000); do
-      cascade "static_$n" "paper-static:fibers=$n" 3 '--benchmark_filter=anew/welzl|boxes'
+      cascade "static_$n" "paper-static:fibers=$n" \
+        '--benchmark_filter=Root|anew|(basis|library)/exact|boxes'
     done
 
     # What the paper left for later.

@@ -100,7 +100,10 @@ def static_table(parts):
     segments = [
         part.median("Checked", part.names("Checked")[0], "segments") for part in sizes.values()
     ]
-    caption = "Columns are numbers of segments. ~ marks a single time, of who was not timed."
+    caption = (
+        "Columns are numbers of segments. ~ marks the single time of a manager that was too slow to be "
+        "timed again."
+    )
     return Table(
         "paper-static", "Figs. 7 to 9 in numbers", ["", *map(count, segments)], rows, caption
     )

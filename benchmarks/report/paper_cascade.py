@@ -14,18 +14,19 @@ SOLVERS = {
     "exact": "spheres",
     "welzl": "spheres by Welzl's algorithm",
     "welzl_in_order": "spheres by Welzl's algorithm, in the chain's order",
+    "welzl_to_front": "spheres by Welzl's algorithm, balls that stand out to the front",
 }
 POLICIES = {
     "anew": "all made anew",
     "where_it_was": "kept where it was while no leaf leaves it",
-    "basis_by_leaves": "kept while no leaf leaves the sphere of its basis, each leaf tested",
-    "basis": "kept while no leaf leaves the sphere of its basis, the cages below tested",
-    "least": "kept while that sphere is the least, too (the library)",
+    "basis": "kept while no leaf leaves the least sphere around its basis",
+    "library": "kept while its basis holds, as in the library",
 }
 CAPTION = (
     "Update of the paper's tree in one plain loop, as a multiple of that of boxes, which the first "
-    "row has; the share of the cages that are made anew; and the mean radius, as a multiple of the "
-    "least. Welzl's algorithm takes its balls in random order, unless the chain's order is named."
+    "row has; the share of the cages that are made anew; and the mean radius at the last frame, "
+    "as a multiple of the least. The balls and boxes of segments are given, so that their fitting is in no time. Welzl's "
+    "algorithm takes its balls in random order, unless another one is named."
 )
 
 
@@ -39,7 +40,7 @@ def cell(part, name):
     text = f"{digits(update / boxes, 2)} / {percent(anew, 1)}"
     if name.startswith("boxes"):
         return text
-    return f"{text} / {digits(part.median('Cascade', name, 'loose'), 4)}"
+    return f"{text} / {part.median('Cascade', name, 'loose'):.3f}"
 
 
 def table(parts):

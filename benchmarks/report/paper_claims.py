@@ -21,7 +21,7 @@ WHO = {
 
 def exponent(points):
     """Of a power of the first number that fits the second best."""
-    x, y = np.log(np.array(points)).T
+    x, y = np.log(np.array(list(points))).T
     return np.polyfit(x, y, 1)[0]
 
 
@@ -152,15 +152,19 @@ def single_chains(parts):
     ):
         what = "power of the links that tests grow with once a wad of chain is pulled straight"
         yield "2.1", what, who, growth(part, "Kept", part.names("Kept"), key)
-    names = sorted(part.names("Pruned"), key=lambda name: part.median("Pruned", name, "joints"))
-    all_tests, all_nodes = part.medians("Pruned", names[-1], "tests", "nodes")
-    for name in names:
-        joints, tests, refitted = part.medians("Pruned", name, "joints", "tests", "refitted")
-        what = "share of boxes refitted, and of tests left, if so many joints of a chain move"
-        shown = f"{percent(refitted, all_nodes)}, {percent(tests, all_tests)}"
-        yield "3.1", what, f"{count(joints)} joints", shown
+    edges = {int(name.split("/")[0].split(":")[1]) for name in part.names("Pruned")}
+    names = [name for name in part.names("Pruned") if name.startswith(f"edge:{max(edges)}/")]
+    for name in sorted(names, key=lambda name: part.median("Pruned", name, "joints")):
+        joints = part.median("Pruned", name, "joints")
+        for key, of in (("refitted", "boxes refitted"), ("tests", "tests left")):
+            shares = part.runs("Pruned", name, key)
+            shown = percent(shares.mean(), 1)
+            if shares.min() < shares.max():
+                shown += f" ({percent(shares.min(), 1)} to {percent(shares.max(), 1)})"
+            what = f"share of {of}, if so many joints of a chain move: mean, least and most"
+            yield "3.1", what, "one joint" if joints == 1 else f"{count(joints)} joints", shown
     moved, joints = part.medians("Joints", "paper-dynamic", "moved", "joints")
-    what = "share of joints that move in a step of the dynamic assembly"
+    what = "least share of joints that move in a step of the dynamic assembly"
     yield "3.1", what, "fibers", percent(moved, joints)
 
 
@@ -173,11 +177,18 @@ def beads(parts):
         changes = [part.median("Radii", name, kind + "_by_order") for name in part.names("Radii")]
         what = "change of the root's radius by another order of beads, at most"
         yield "2.2", what, f"{kind} spheres", f"{max(changes):.1g}"
-    assembly = [name for name in part.names("Radii") if name.startswith("paper-static")]
-    if assembly:
-        cages, out = part.medians("Radii", assembly[-1], "cages", "sticking_out")
+    assemblies = [name for name in part.names("Radii") if name.startswith("paper-static")]
+    if assemblies:
+        cages, out = max(part.medians("Radii", a, "cages", "sticking_out") for a in assemblies)
         what = "cages that stick out of the cage above (Figure 4)"
-        yield "2.2", what, "static assembly", percent(out, cages)
+        yield "2.2", what, f"static assembly, {count(cages)} cages", percent(out, cages)
+
+
+WELZL = {
+    "welzl": "Welzl",
+    "welzl_in_order": "Welzl, in the chain's order",
+    "welzl_to_front": "Welzl, those that stand out to the front",
+}
 
 
 def welzl(parts):
@@ -185,31 +196,66 @@ def welzl(parts):
     sizes = list(numbered(parts, "cascade_static").values())
     if len(sizes) < 2:
         return
-    for name, who in (("welzl", "Welzl"), ("welzl_in_order", "Welzl, in the chain's order")):
-        points = [p.medians("Cascade", f"anew/{name}", "segments", "ball_tests") for p in sizes]
-        what = "power of the segments that the tests of balls of a tree grow with"
-        yield "2.3", what, who, digits(exponent(points))
-        tests = [tests for _, tests in points]
-        peaks = [a / b for i, a in enumerate(tests) for b in tests[i + 1 :]]
-        what = "tests of balls at one size / at a larger one, at most"
-        yield "4.1", what, who, digits(max(peaks), 2)
-        builds = [
-            part.median("Cascade", f"anew/{name}", "build")
-            / part.median("Cascade", "boxes/union", "build")
-            for part in sizes
-        ]
+    segments = [part.median("Root", "welzl", "segments") for part in sizes]
+    for name, who in WELZL.items():
+        root = [part.median("Root", name, "ball_tests") for part in sizes]
+        what = "power of the segments that the tests of balls of {} grow with"
+        yield "2.3", what.format("one sphere"), who, digits(exponent(zip(segments, root)))
+        each = [a / b for a, b in zip(root, segments)]
+        yield "2.3", "tests of balls of one sphere / segments", who, ratio_span(each)
+        tree = [part.median("Cascade", f"anew/{name}", "ball_tests") for part in sizes]
+        yield "2.3", what.format("a tree"), who, digits(exponent(zip(segments, tree)))
+        for key, of in (("build", "Cascade"), ("ball_tests", "Cascade"), ("seconds", "Root")):
+            case = f"anew/{name}" if of == "Cascade" else name
+            runs = [part.runs(of, case, key) for part in sizes]
+            peak = max(a.max() / b.min() for i, a in enumerate(runs) for b in runs[i + 1 :])
+            what = {
+                "build": "time of all spheres",
+                "ball_tests": "tests of balls of all spheres",
+                "seconds": "time of one sphere",
+            }[key]
+            yield "4.1", f"{what}, a run at one size / a run at a larger one, at most", who, digits(
+                peak, 2
+            )
         what = "making all spheres of the static assembly / making its boxes"
-        yield "4.1", what, who, span(builds, lambda value: digits(value, 2))
-    bytes_of = [sizes[0].median("Cascade", f"boxes/{name}", "bytes") for name in ("union", "basis")]
-    yield "3.1", "bytes of a box, alone and with its basis", "boxes", ", ".join(
-        map(count, bytes_of)
-    )
+        yield "4.1", what, who, ratio_span(builds(sizes, f"anew/{name}", "boxes/union"))
+    for name, who in (("basis", "each leaf"), ("library", "the library's, by cages below")):
+        tests = [part.median("Cascade", f"{name}/exact", "tests") for part in sizes]
+        what = "power of the segments that the tests of cascade verification grow with"
+        yield "3.1", what, who, digits(exponent(zip(segments, tests)))
+    what = "making all spheres by Welzl's algorithm / by the library's"
+    yield "3", what, "static assembly", ratio_span(builds(sizes, "anew/welzl", "anew/exact"))
+    sizes_of = [sizes[0].median("Cascade", f"boxes/{name}", "bytes") for name in ("union", "basis")]
+    what = "bytes of a box, alone and with its basis"
+    yield "3.1", what, "boxes", ", ".join(map(count, sizes_of))
     few = parts.get("cascade_strand-10")
     if few is not None:
-        build = few.median("Cascade", "anew/welzl_in_order", "build")
-        boxes = few.median("Cascade", "boxes/union", "build")
-        what = "making all spheres of ten fibers of the strand / making its boxes"
-        yield "4.1", what, "Welzl, in the chain's order", digits(build / boxes, 2)
+        for name, who in WELZL.items():
+            shown = ratio_span(builds([few], f"anew/{name}", "boxes/union"))
+            yield "4.1", "making all spheres of ten fibers of the strand / making its boxes", who, shown
+
+
+def builds(parts, name, other):
+    """The times of making all volumes, as multiples of the other's."""
+    return [
+        part.median("Cascade", name, "build") / part.median("Cascade", other, "build")
+        for part in parts
+    ]
+
+
+def ratio_span(values):
+    return span(values, lambda value: digits(value, 2))
+
+
+def loose(parts):
+    """What cages cost that stayed where they were."""
+    for name, part in chosen(parts, "cascade_{}", ("static", "dynamic")).items():
+        tests = [
+            part.median("Cascade", f"{kept}/exact", "volume_tests")
+            for kept in ("where_it_was", "anew")
+        ]
+        what = "volume tests with cages kept where they were / with the least ones"
+        yield "3.1", what, f"{name} assembly", digits(tests[0] / tests[1])
 
 
 def opened(parts):
@@ -227,8 +273,8 @@ def opened(parts):
 
 
 def table(parts):
-    makers = (chains, radii, axes, dynamic, static, single_chains, beads, welzl, opened)
-    rows = sorted(row for make in makers for row in make(parts))
+    makers = (chains, radii, axes, dynamic, static, single_chains, beads, welzl, loose, opened)
+    rows = sorted((row for make in makers for row in make(parts)), key=lambda row: row[:2])
     return Table(
         "paper-claims",
         "Numbers for single claims",

@@ -233,7 +233,7 @@ def paper_again(folder):
     report.add("table_(?!hair).*", paper_table.ratios, parts)
     report.add("styles_.*", paper_table.styles, parts)
     report.add(
-        r"(chain|axis|static|cascade_static)_.*|radii|replay|chain-claims",
+        "(chain|axis|static|cascade|replay|volumes)_.*|radii|replay|chain-claims",
         paper_claims.table,
         parts,
     )

@@ -919,14 +919,52 @@ class ReportTest(unittest.TestCase):
         shutil.copy(self.folder / "cascade_static_50.json", self.folder / "cascade_static_100.json")
         self.put("chain-claims", {"Kept/edge:32/": {"segments": 1e4, "kept": 1e4}})
         self.put("chain-claims", {"Kept/edge:48/": {"segments": 1e6, "kept": 1e8}})
-        self.put("cascade_static_50", {"Cascade/anew/": {"segments": 1e3, "ball_tests": 3e6}})
-        self.put("cascade_static_100", {"Cascade/anew/": {"segments": 2e3, "ball_tests": 2e6}})
+        self.put("chain-claims", {"Pruned/edge:32/joints:10/": {"refitted": 0.25, "tests": 0.5}})
+        for name, size in (("cascade_static_50", 1e3), ("cascade_static_100", 2e3)):
+            root = {"segments": size, "ball_tests": size**2 / 100, "real_time": 1e6}
+            self.put(name, {"Root/": root})
+            self.put(name, {"Cascade/anew/": {"ball_tests": 4e9 / size, "build": 6.0}})
+            self.put(name, {"Cascade/boxes/union/": {"build": 2.0}})
+            self.put(name, {"Cascade/anew/exact/": {"build": 3.0}})
+            self.put(name, {"Cascade/basis/exact/": {"tests": size**2 / 7}})
         claims = self.claims()
         # A hundred times the links, ten thousand times the tests; fewer tests of more balls.
         what = "2.1 power of the links that tests grow with once a wad of chain is pulled straight"
         self.assertEqual(claims[what, "tree that follows space, kept"], "2.00")
-        what = "4.1 tests of balls at one size / at a larger one, at most"
-        self.assertEqual(claims[what, "Welzl"], "1.5")
+        for what, of, value in (
+            (
+                "2.3 power of the segments that the tests of balls of one sphere grow with",
+                0,
+                "2.00",
+            ),
+            ("2.3 tests of balls of one sphere / segments", 0, "10 to 20"),
+            (
+                "4.1 tests of balls of all spheres, a run at one size / a run at a larger one, at most",
+                0,
+                "2.0",
+            ),
+            ("4.1 making all spheres of the static assembly / making its boxes", 0, "3.0"),
+            ("3 making all spheres by Welzl's algorithm / by the library's", 1, "2.0"),
+            (
+                "3.1 power of the segments that the tests of cascade verification grow with",
+                2,
+                "2.00",
+            ),
+            (
+                "3.1 share of boxes refitted, if so many joints of a chain move: mean, least and most",
+                3,
+                "25 %",
+            ),
+            (
+                "3.1 share of tests left, if so many joints of a chain move: mean, least and most",
+                3,
+                "50 %",
+            ),
+        ):
+            who = ("Welzl", "static assembly", "each leaf", "10 joints")[of]
+            self.assertEqual(claims[what, who], value)
+        rows = [what for what, _ in claims]
+        self.assertEqual(rows, sorted(rows, key=lambda row: row.split(" ", 1)))
         self.assertEqual(claims["3.1 bytes of a box, alone and with its basis", "boxes"], "48, 72")
 
         self.put("cascade_static", {"Cascade/boxes/union/": {"update": 2.0}})

@@ -18,23 +18,24 @@ namespace fcl_fibers::benchmarks {
 /// Gaertner, 2003).
 class Welzl {
  public:
-  /// @param shuffles  whether balls come in random order, which makes the expected time linear,
-  /// else
-  ///   in that of the chain
-  Welzl(bool shuffles, std::uint64_t seed) : shuffles_(shuffles), random_(seed) {}
+  /// The order in which balls are taken: a random one, which makes the expected time linear; that
+  /// in which they are given; or that one at first, in which a ball that stands out moves to the
+  /// front, as Welzl suggests.
+  enum class Order { kRandom, kGiven, kToFront };
+
+  Welzl(Order order, std::uint64_t seed) : kind_(order), random_(seed) {}
 
   geometry::EnclosingSphere around(const geometry::Ball* balls, int count) {
     balls_ = balls;
     order_.resize(static_cast<std::size_t>(count));
     std::iota(order_.begin(), order_.end(), 0);
-    if (shuffles_) std::shuffle(order_.begin(), order_.end(), random_);
+    if (kind_ == Order::kRandom) std::shuffle(order_.begin(), order_.end(), random_);
     sphere_ = {{balls[order_[0]].center, 0}, {}};
     grow(order_.size(), 0);
     return enclosing(count);
   }
 
-  std::size_t tests = 0;    ///< of a ball against a sphere
-  std::size_t spheres = 0;  ///< through one to four balls
+  std::size_t tests = 0;  ///< of a ball against a sphere
 
  private:
   /// The least sphere around the first `end` balls with the `depth` balls of the basis on it.
@@ -46,12 +47,15 @@ class Welzl {
       if (isInside(balls_[next])) continue;
       basis_[static_cast<std::size_t>(depth)] = next;
       grow(i, depth + 1);
+      if (kind_ == Order::kToFront) {
+        const auto at = order_.begin() + static_cast<std::ptrdiff_t>(i);
+        std::rotate(order_.begin(), at, at + 1);
+      }
     }
   }
 
   /// Rounding may leave none, among centres that are nearly on a line. Then the sphere stays.
   bool passThroughBasis(int depth) {
-    ++spheres;
     const geometry::Ball* members[4] = {};
     for (std::size_t i = 0; i < static_cast<std::size_t>(depth); ++i) {
       members[i] = balls_ + basis_[i];
@@ -79,7 +83,7 @@ class Welzl {
   }
 
   static constexpr double kTolerance = 1e-12;
-  bool shuffles_;
+  Order kind_;
   std::mt19937_64 random_;
   const geometry::Ball* balls_ = nullptr;
   std::vector<int> order_;
