@@ -963,8 +963,8 @@ class ReportTest(unittest.TestCase):
         ):
             who = ("Welzl", "static assembly", "each leaf", "10 joints")[of]
             self.assertEqual(claims[what, who], value)
-        rows = [what for what, _ in claims]
-        self.assertEqual(rows, sorted(rows, key=lambda row: row.split(" ", 1)))
+        of = [of for what, of in claims if "boxes refitted" in what]
+        self.assertEqual(of[:3], ["one joint", "10 joints", "100 joints"])
         self.assertEqual(claims["3.1 bytes of a box, alone and with its basis", "boxes"], "48, 72")
 
         self.put("cascade_static", {"Cascade/boxes/union/": {"update": 2.0}})
