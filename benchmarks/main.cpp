@@ -141,7 +141,7 @@
 //                         Welzl's algorithm the tests of a ball against a sphere, the mean of all
 //                         frames. "boxes" are united or keep their basis, and have "bytes"
 //   Root/<by>             one sphere around all segments of the last frame, by Welzl's algorithm
-//   Neighbors/..., Kept/..., Pruned/..., Joints/...   what is said of chains, in counts; see
+//   Neighbors/..., Kept/..., Pruned/...   what is said of chains, in counts; see
 //                         measures/paper/chain_claims.cpp
 //   Volumes/<tree>/<kind> the paper's trees, binary, with other volumes in their nodes: one plain
 //                         query by one test at a time in double, without the exact test of leaves.

@@ -40,7 +40,7 @@ void requireRod(const CosseratRod& rod) {
     }
     if (!(rod.shear_stiffness[k] > 0)) {
       refuseArgument("solveRod", "a shear stiffness", rod.shear_stiffness[k],
-                     "give stiffnesses above 0, infinity for none of that strain");
+                     "give stiffnesses above 0, or infinity for a rod without that strain");
     }
   }
   requireFinite("a reference curvature", rod.reference_curvature);
@@ -183,7 +183,8 @@ RodShape solveRod(const CosseratRod& rod, const RodLoad& load, int segments,
                     "the angle from one to the next");
   const double stretch = equations.leastStretch();
   if (!(stretch > 0)) {
-    throw std::runtime_error("solveRod: the load presses the rod to " + std::to_string(stretch) +
+    throw std::runtime_error("solveRod: the load presses a piece of the rod to " +
+                             std::to_string(stretch) +
                              " of its length; give a smaller load or a larger shear stiffness");
   }
   return equations.shape(state, rod.base_point);

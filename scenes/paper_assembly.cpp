@@ -121,13 +121,12 @@ FiberPolylines makePaperStatic(const PaperStaticParameters& parameters) {
   return assembly(call, parameters, load, turn, guess, grid);
 }
 
-PaperDynamic::PaperDynamic(const PaperDynamicParameters& parameters)
-    : parameters_(parameters),
-      trajectory_(parameters.loads.empty() ? loopTrajectory() : parameters.loads) {
+PaperDynamic::PaperDynamic(const PaperDynamicParameters& parameters) : parameters_(parameters) {
+  if (parameters_.loads.empty()) parameters_.loads = loopTrajectory();
   requireCounts("PaperDynamic", parameters);
   requireRadius<double>("PaperDynamic", parameters.radius);
   const RodGrid grid(parameters.segments, kAssemblyGrid);
-  guides_ = guideShapes(trajectory_, trajectory_.size() - 1, grid);
+  guides_ = guideShapes(parameters_.loads, parameters_.loads.size() - 1, grid);
 }
 
 FiberPolylines PaperDynamic::scene(int step) const {
@@ -137,7 +136,7 @@ FiberPolylines PaperDynamic::scene(int step) const {
   const auto i = static_cast<std::size_t>(step);
   const RodGrid grid(parameters_.segments, kAssemblyGrid);
   const Quaternion turn = parameters_.turned ? turnedAboutTwoAxes() : Quaternion::Identity();
-  return assembly("PaperDynamic", parameters_, trajectory_[i], turn, guides_[i], grid);
+  return assembly("PaperDynamic", parameters_, parameters_.loads[i], turn, guides_[i], grid);
 }
 
 }  // namespace fcl_fibers::scenes

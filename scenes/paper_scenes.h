@@ -76,8 +76,8 @@ struct PaperDynamicParameters {
   double radius = 0.0035;  ///< of a human hair, in cm
   std::uint64_t seed = 1;  ///< same seed, same scenes
 
-  /// Of the tip of the guide filament in each state, in the frame of its base, as readLoads() reads
-  /// them; those of loopTrajectory() if there are none.
+  /// The loads of the guide filament's tip, one for each state, in the frame of its base, as
+  /// readLoads() reads them; those of loopTrajectory() if there are none.
   std::vector<RodLoad> loads = {};
 };
 
@@ -100,7 +100,6 @@ class PaperDynamic {
 
  private:
   PaperDynamicParameters parameters_;
-  std::vector<RodLoad> trajectory_;
   std::vector<RodShape> guides_;  ///< by state
 };
 
@@ -144,7 +143,7 @@ struct PaperHalfScalpParameters {
   int segments = 50;           ///< per fiber
   double length = 15;          ///< cm
   bool hanging = false;        ///< else combed back
-  bool straight = false;       ///< without load; else curved
+  bool straight = false;       ///< whether hairs are straight without load; else curved
   int wisp_fibers = 0;         ///< 0: no wisps, each fiber lies by itself
   double deviation = 0.02;     ///< of the fibers' deviates
   double tip_deviation = 0.5;  ///< cm by which the tips of guide hairs deviate, about
@@ -188,7 +187,7 @@ struct PaperStrandParameters {
   double turns = 4;            ///< of the helix
   double helix_radius = 1;     ///< cm
   bool turned = false;         ///< in the end, by pi/4 about y, then by pi/4 about x
-  bool straight = false;       ///< without load; else helices
+  bool straight = false;       ///< whether rods are straight without load; else helices
   double deviation = 0.00024;  ///< of the deviates
   double radius = 0.0035;      ///< of a human hair, in cm
   std::uint64_t seed = 1;      ///< same seed, same scene

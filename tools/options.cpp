@@ -152,7 +152,7 @@ CLI::Option* addJson(CLI::App& command, Request& request) {
 void addLoads(CLI::App& command, Arguments& arguments) {
   if (!arguments.generated.make) return;
   add(command, "--loads", arguments.loads, "FILE",
-      "Bend `paper-dynamic` by the recorded loads of FILE, a state a\nframe. A page of `view` "
+      "Bend `paper-dynamic` by the recorded loads of FILE, one state\nper frame. A page of `view` "
       "records them.");
 }
 

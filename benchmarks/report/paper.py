@@ -7,6 +7,7 @@ from paper_pictures import Panel, label_of, panels_figure
 from paper_table import PHASE_TITLES, PHASES, PUBLISHED, is_known
 from pictures import OURS, count_label, seconds_label
 from ratios import FCL
+from results import TOO_SLOW
 from tables import Table, count, time
 
 STATIC = (
@@ -83,6 +84,8 @@ def static_table(parts):
     def cell(part, of, phase):
         for kind, mark in (("Frames", ""), ("Checked", "~")):
             known = [name for name in of if part.has(kind, name)]
+            if kind == "Checked":  # Who is wrong or has crashed has no time.
+                known = [name for name in known if part.note(name).startswith(TOO_SLOW)]
             known = [name for name in known if is_known(part.counters(kind, name), phase)]
             if known:
                 return mark + time(min(part.median(kind, name, phase) for name in known))
@@ -101,8 +104,8 @@ def static_table(parts):
         part.median("Checked", part.names("Checked")[0], "segments") for part in sizes.values()
     ]
     caption = (
-        "Columns are numbers of segments. ~ marks the single time of a manager that was too slow to be "
-        "timed again."
+        "Columns are numbers of segments. ~ marks the single time of a manager that was too slow "
+        "to be timed again."
     )
     return Table(
         "paper-static", "Figs. 7 to 9 in numbers", ["", *map(count, segments)], rows, caption

@@ -7,6 +7,7 @@ The verdicts are in docs/paper.md.
 import numpy as np
 
 from paper import numbered, steps
+from paper_cascade import WELZL
 from paper_table import DEFAULT, PUBLISHED, millions
 from tables import Table, chosen, count, digits, percent, time
 
@@ -152,9 +153,7 @@ def single_chains(parts):
     ):
         what = "power of the links that tests grow with once a wad of chain is pulled straight"
         yield "2.1", what, who, growth(part, "Kept", part.names("Kept"), key)
-    edges = {int(name.split("/")[0].split(":")[1]) for name in part.names("Pruned")}
-    names = [name for name in part.names("Pruned") if name.startswith(f"edge:{max(edges)}/")]
-    for name in sorted(names, key=lambda name: part.median("Pruned", name, "joints")):
+    for name in sorted(part.names("Pruned"), key=lambda n: part.median("Pruned", n, "joints")):
         joints = part.median("Pruned", name, "joints")
         for key, of in (("refitted", "boxes refitted"), ("tests", "tests left")):
             shares = part.runs("Pruned", name, key)
@@ -163,9 +162,6 @@ def single_chains(parts):
                 shown += f" ({percent(shares.min(), 1)} to {percent(shares.max(), 1)})"
             what = f"share of {of}, if so many joints of a chain move: mean, least and most"
             yield "3.1", what, "one joint" if joints == 1 else f"{count(joints)} joints", shown
-    moved, joints = part.medians("Joints", "paper-dynamic", "moved", "joints")
-    what = "least share of joints that move in a step of the dynamic assembly"
-    yield "3.1", what, "fibers", percent(moved, joints)
 
 
 def beads(parts):
@@ -176,19 +172,12 @@ def beads(parts):
     for kind in ("layered", "wrapped"):
         changes = [part.median("Radii", name, kind + "_by_order") for name in part.names("Radii")]
         what = "change of the root's radius by another order of beads, at most"
-        yield "2.2", what, f"{kind} spheres", f"{max(changes):.1g}"
+        yield "2.2", what, f"{kind} spheres", f"{max(changes):.2g}"
     assemblies = [name for name in part.names("Radii") if name.startswith("paper-static")]
     if assemblies:
         cages, out = max(part.medians("Radii", a, "cages", "sticking_out") for a in assemblies)
         what = "cages that stick out of the cage above (Figure 4)"
         yield "2.2", what, f"static assembly, {count(cages)} cages", percent(out, cages)
-
-
-WELZL = {
-    "welzl": "Welzl",
-    "welzl_in_order": "Welzl, in the chain's order",
-    "welzl_to_front": "Welzl, those that stand out to the front",
-}
 
 
 def welzl(parts):
@@ -201,22 +190,18 @@ def welzl(parts):
         root = [part.median("Root", name, "ball_tests") for part in sizes]
         what = "power of the segments that the tests of balls of {} grow with"
         yield "2.3", what.format("one sphere"), who, digits(exponent(zip(segments, root)))
-        each = [a / b for a, b in zip(root, segments)]
+        each = [tests / balls for tests, balls in zip(root, segments)]
         yield "2.3", "tests of balls of one sphere / segments", who, ratio_span(each)
         tree = [part.median("Cascade", f"anew/{name}", "ball_tests") for part in sizes]
         yield "2.3", what.format("a tree"), who, digits(exponent(zip(segments, tree)))
-        for key, of in (("build", "Cascade"), ("ball_tests", "Cascade"), ("seconds", "Root")):
-            case = f"anew/{name}" if of == "Cascade" else name
-            runs = [part.runs(of, case, key) for part in sizes]
-            peak = max(a.max() / b.min() for i, a in enumerate(runs) for b in runs[i + 1 :])
-            what = {
-                "build": "time of all spheres",
-                "ball_tests": "tests of balls of all spheres",
-                "seconds": "time of one sphere",
-            }[key]
-            yield "4.1", f"{what}, a run at one size / a run at a larger one, at most", who, digits(
-                peak, 2
-            )
+        for kind, of, where in (
+            ("Root", "one sphere", name),
+            ("Cascade", "all spheres", f"anew/{name}"),
+            ("Cascade", "the spheres that leaves have left", f"where_it_was/{name}"),
+        ):
+            runs = [part.runs(kind, where, "ball_tests") for part in sizes]
+            what = f"tests of balls of {of}, most at a size / least at a size 1.5 times as large"
+            yield "4.1", what, who, digits(peak(segments, runs), 2)
         what = "making all spheres of the static assembly / making its boxes"
         yield "4.1", what, who, ratio_span(builds(sizes, f"anew/{name}", "boxes/union"))
     for name, who in (("basis", "each leaf"), ("library", "the library's, by cages below")):
@@ -228,11 +213,17 @@ def welzl(parts):
     sizes_of = [sizes[0].median("Cascade", f"boxes/{name}", "bytes") for name in ("union", "basis")]
     what = "bytes of a box, alone and with its basis"
     yield "3.1", what, "boxes", ", ".join(map(count, sizes_of))
-    few = parts.get("cascade_strand-10")
-    if few is not None:
-        for name, who in WELZL.items():
-            shown = ratio_span(builds([few], f"anew/{name}", "boxes/union"))
-            yield "4.1", "making all spheres of ten fibers of the strand / making its boxes", who, shown
+
+
+def peak(segments, runs):
+    """The most of a run at one size as a multiple of the least at a size 1.5 times as large or
+    more: above 1 where fewer segments take longer."""
+    return max(
+        runs[i].max() / runs[j].min()
+        for i, few in enumerate(segments)
+        for j, many in enumerate(segments)
+        if many >= 1.5 * few
+    )
 
 
 def builds(parts, name, other):

@@ -212,7 +212,7 @@ def trade_offs(folder):
 
 def paper_again(folder):
     names = ("radii", "rods", "axis_turned_0", "axis_turned_1", "pictures", "chain-claims")
-    names += (*paper_claims.REPLAYS, "cascade_strand-10")
+    names += tuple(paper_claims.REPLAYS)
     wanted = {name: name for name in names}
     wanted |= {"static assembly": r"static_\d+", "chains": r"chain_(random|snake)_\d+"}
     wanted |= {f"table of {name}": f"table_{name}" for name in paper_table.SCENES}

@@ -81,16 +81,8 @@ RECORDED = {
     "paper/replay": ["replay", "--against=paper_all", "--steps=5", DYNAMIC],
     "paper/chain-claims": ["chain-claims"],
     "paper/cascade_static": ["cascade", STATIC + "10,frames=0:2"],
-    "paper/cascade_static_50": [
-        "cascade",
-        STATIC + "10",
-        "--benchmark_filter=Root|anew|(basis|library)/exact|boxes",
-    ],
-    "paper/cascade_static_100": [
-        "cascade",
-        STATIC + "20",
-        "--benchmark_filter=Root|anew|(basis|library)/exact|boxes",
-    ],
+    "paper/cascade_static_50": ["cascade", STATIC + "10"],
+    "paper/cascade_static_100": ["cascade", STATIC + "20"],
     "paper/chain_random_4": ["chain", "--chain=random", "--edge=4"],
     "paper/chain_snake_4": ["chain", "--chain=snake", "--edge=4"],
     "paper/radii": ["radii", "--benchmark_filter=edge:[24]/|static/fibers:(1|10)/"],

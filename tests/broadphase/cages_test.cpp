@@ -75,15 +75,16 @@ TYPED_TEST(Cages, AManagerWithoutATreeHasNone) {
 
 // Counts would depend on the threads that share an update.
 TYPED_TEST(Cages, CountsDoNotDependOnTheNumberOfThreads) {
+  Scene<TypeParam> scene = strandScene<TypeParam>(64, 128, 43);  // threads share 4,096 segments
   FiberManagerOptions options;
   options.threads = 4;
   WrappedSphereTreeCollisionManager<TypeParam> shared(options), alone;
   for (auto* manager : {&shared, &alone}) {
-    for (const auto& fiber : this->scene_.fibers()) manager->registerFiber(fiber);
+    for (const auto& fiber : scene.fibers()) manager->registerFiber(fiber);
     manager->setup();
   }
   Random random(42);
-  jolt(this->scene_.objects(), random, 0.1, 0.5);
+  jolt(scene.objects(), random, 0.1, 0.5);
   for (auto* manager : {&shared, &alone}) manager->update();
   EXPECT_EQ(shared.cageCount(), alone.cageCount());
   EXPECT_GT(alone.cagesRecomputed(), 0u);

@@ -103,6 +103,7 @@ class Page(PageTest):
         )
         x, y = self.browser.evaluate(place)
         self.browser.drag(x, y, x - 200, y + 20)
+        self.assertLess(self.browser.evaluate(place)[0], x - 20)
         # A rod that is pressed beyond Euler's load would snap to another shape than it replays.
         self.assertFalse(
             self.browser.evaluate(
@@ -133,6 +134,7 @@ class Page(PageTest):
         self.assertGreater(abs(tip[0]) + abs(tip[1]), 3)
 
         # With Shift the mouse turns the tip and leaves the force, and a button saves the states.
+        before = self.browser.evaluate(place)[0]
         turned = self.browser.evaluate(
             f"(() => {{ const force = {guide}.rod.force.clone();"
             f"  {guide}.drag(30, 0, true);"
@@ -140,6 +142,7 @@ class Page(PageTest):
         )
         self.assertEqual(turned[0], 0)
         self.assertGreater(turned[1], 0)
+        self.assertGreater(self.browser.evaluate(place)[0], before)
         self.browser.evaluate(
             "(() => { HTMLAnchorElement.prototype.click = function() { window.saved = this; }; })()"
         )

@@ -145,15 +145,15 @@ class Guide {
   /// @param reached  whether it is bent as far as the mouse asks
   note(reached) {
     const {points, tip, force, torque} = this.rod;
-    if (this.recording && this.states.length < kMostStates) {
-      this.states.push([...force.toArray(), ...torque.toArray()]);
-    }
+    const full = this.states.length === kMostStates;
+    if (this.recording && !full) this.states.push([...force.toArray(), ...torque.toArray()]);
     this.line.geometry.dispose();
     this.line.geometry = new THREE.TubeBufferGeometry(
         new THREE.CatmullRomCurve3(points), 2 * kGuidePieces, 0.004 * this.rod.length, 6);
     this.handle.position.copy(tip);
-    this.panel.querySelector('output').textContent =
-        `${counted(this.states.length, 'state')}${reached ? '' : '; it would snap'}`;
+    this.panel.querySelector('[name=save]').disabled = this.states.length === 0;
+    const trouble = !reached ? '; it would snap' : full ? '; no more are recorded' : '';
+    this.panel.querySelector('output').textContent = counted(this.states.length, 'state') + trouble;
     this.viewer.invalidate();
   }
 

@@ -38,10 +38,12 @@ enum class Kept {
   kNever,       ///< all are made anew
   kWhereItWas,  ///< while no leaf leaves it: it does not move with the fibers
   kByBasis,     ///< while no leaf leaves the least sphere around its basis (Guibas et al., 2002)
-  kAsLibrary,   ///< so, while each ball of the basis counts; below a cage that is inside, all is
+  /// As kByBasis, but a cage is also made anew if a ball of its basis no longer counts. Leaves
+  /// below a cage that is inside are not tested.
+  kAsLibrary,
 };
 
-/// What an update does, by cages.
+/// Counts of an update, over all inner nodes.
 struct CascadeCounts {
   double anew = 0, verified = 0, tests = 0;
 };
@@ -374,10 +376,7 @@ bool measureCascade(const Request& request) {
   Steps steps(request.scene);
   // Who makes a cage anew: the library, from the basis that the cage had, or Welzl's algorithm.
   const std::pair<const char*, std::optional<Welzl::Order>> kSolvers[] = {
-      {"exact", {}},
-      {"welzl", Welzl::Order::kRandom},
-      {"welzl_in_order", Welzl::Order::kGiven},
-      {"welzl_to_front", Welzl::Order::kToFront}};
+      {"exact", {}}, {"welzl", Welzl::Order::kRandom}, {"welzl_to_front", Welzl::Order::kToFront}};
   const std::pair<const char*, Kept> kPolicies[] = {{"anew", Kept::kNever},
                                                     {"where_it_was", Kept::kWhereItWas},
                                                     {"basis", Kept::kByBasis},

@@ -22,12 +22,7 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 std::vector<Capsule> linksOf(const FiberPolylines& chain) {
-  std::vector<Capsule> links;
-  for (std::size_t i = 0; i + 1 < chain.points.size(); ++i) {
-    const Point &p = chain.points[i], &q = chain.points[i + 1];
-    links.push_back({{p[0], p[1], p[2]}, {q[0], q[1], q[2]}, chain.radius});
-  }
-  return links;
+  return MovingFibers("", chain, chain).capsules();
 }
 
 /// The balanced tree in the order of the chain.
@@ -193,38 +188,6 @@ Numbers pruned(int edge, std::size_t joints, std::uint64_t seed) {
           {"tests", static_cast<double>(tests) / static_cast<double>(every.volumeTests())}};
 }
 
-std::vector<double> jointAngles(const FiberPolylines& scene) {
-  std::vector<double> angles;
-  const auto at = [&](std::size_t p) {
-    return fcl::Vector3d(scene.points[p][0], scene.points[p][1], scene.points[p][2]);
-  };
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    for (std::size_t i = scene.point_begin[f] + 1; i + 1 < scene.point_begin[f + 1]; ++i) {
-      const fcl::Vector3d before = at(i) - at(i - 1), behind = at(i + 1) - at(i);
-      angles.push_back(std::atan2(before.cross(behind).norm(), before.dot(behind)));
-    }
-  }
-  return angles;
-}
-
-/// The joints of the dynamic assembly whose angle changes in the step in which fewest do.
-Numbers movingJoints() {
-  constexpr double kStill = 1e-9;  // radians, far above rounding
-  const SceneSource source = openScene("paper-dynamic", {});
-  std::vector<double> last = jointAngles(source.make(0));
-  double fewest = static_cast<double>(last.size());
-  for (int frame = 1; frame < source.frame_count; ++frame) {
-    const std::vector<double> angles = jointAngles(source.make(frame));
-    double moved = 0;
-    for (std::size_t i = 0; i < last.size(); ++i) {
-      if (std::abs(angles[i] - last[i]) > kStill) ++moved;
-    }
-    fewest = std::min(fewest, moved);
-    last = angles;
-  }
-  return {{"joints", static_cast<double>(last.size())}, {"moved", fewest}};
-}
-
 /// @param count  makes the numbers of a run, from 1
 void addCount(const std::string& name, int runs,
               const std::function<Numbers(std::uint64_t run)>& count) {
@@ -243,13 +206,9 @@ bool measureChainClaims(const Request&) {
     addCount("Kept/" + name, 1, [=](auto) { return keptTrees(edge); });
   }
   for (const std::size_t joints : {1u, 10u, 100u, 1000u, 1000000u}) {
-    for (const int edge : {4, 32}) {
-      const std::string name = std::to_string(edge) + "/joints:" + std::to_string(joints);
-      addCount("Pruned/edge:" + name, kSeeds,
-               [=](std::uint64_t seed) { return pruned(edge, joints, seed); });
-    }
+    addCount("Pruned/joints:" + std::to_string(joints), kSeeds,
+             [=](std::uint64_t seed) { return pruned(32, joints, seed); });
   }
-  addCount("Joints/paper-dynamic", 1, [](auto) { return movingJoints(); });
   return runRegistered();
 }
 
