@@ -10,7 +10,7 @@
 #              --targets also lists which ratios reach their targets
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion, narrow phases. 21 minutes.
 #              It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
-#   --paper    the paper's Table I, figures, pictures and claims. 80 minutes. --full adds finer curves
+#   --paper    the paper's Table I, figures, pictures and claims. 110 minutes. --full adds finer curves
 #   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
 #              --targets also lists which targets are met
 #   --card     FCL's managers as they are and ours on the paper's scenes, in double and in float. 49 minutes.
