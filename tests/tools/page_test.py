@@ -107,7 +107,7 @@ class Page(PageTest):
         # A rod that is pressed beyond Euler's load would snap to another shape than it replays.
         self.assertFalse(
             self.browser.evaluate(
-                f"(() => {{ const rod = new {guide}.rod.constructor({guide}.rod);"
+                f"(() => {{ const seen = {guide}.rod, rod = new seen.constructor(seen);"
                 "  const load = -1.1 * Math.PI ** 2 / 4 * rod.stiffness / rod.length ** 2;"
                 "  return rod.bend(new THREE.Vector3(0, 0, load), new THREE.Vector3()); })()"
             )

@@ -2,7 +2,7 @@
 
 const kGuidePieces = 50;
 const kGrip = 22;  // pixels around the tip
-const kMostTries = 30;  // of a move of the mouse
+const kMostTries = 100;  // of a move of the mouse
 const kMostStates = 10000;  // that a file may have
 
 /// A straight rod, clamped at the origin along z, that neither shears nor stretches, under a force
@@ -42,8 +42,8 @@ class GuideRod {
 
   /// The moment at the base for which that at the tip is the torque, by Newton's method from the
   /// one before; null if there is none near by, or the rod is not stable there, and snaps. The
-  /// derivative of the moment at the tip has a determinant of 1 without a load, and of 0 where
-  /// stability is lost.
+  /// derivative of the moment at the tip has three eigenvalues of 1 without a load. One of them
+  /// passes 0 where stability is lost, or two at once where a straight rod is pressed.
   solved(force, torque) {
     const unit = this.stiffness / this.length, base = this.base.clone();
     for (let step = 0; step < 20; ++step) {
@@ -56,7 +56,10 @@ class GuideRod {
         return this.shot(force, other).moment.sub(moment).divideScalar(eps);
       });
       const matrix = new THREE.Matrix4().makeBasis(...columns);
-      if (rest.length() < 1e-9 * unit) return matrix.determinant() > 0 ? {base, points} : null;
+      if (rest.length() < 1e-9 * unit) {
+        const [a, , , , , b, , , , , c] = matrix.elements;
+        return matrix.determinant() > 0 && a + b + c > 1 ? {base, points} : null;
+      }
       base.add(rest.applyMatrix4(new THREE.Matrix4().getInverse(matrix)));
     }
     return null;
@@ -65,7 +68,7 @@ class GuideRod {
   /// Brings the load to these, in steps that are halved. Returns false if the rod would snap before;
   /// it then has the last load that it could carry.
   bend(force, torque) {
-    for (let part = 1, tries = 0; tries < kMostTries; ++tries) {
+    for (let part = 1, tries = 0; part > 1e-3 && tries < kMostTries; ++tries) {
       const f = this.force.clone().lerp(force, part), t = this.torque.clone().lerp(torque, part);
       const found = this.solved(f, t);
       if (!found) {
@@ -74,7 +77,7 @@ class GuideRod {
       }
       Object.assign(this, {force: f, torque: t, ...found});
       if (part === 1) return true;
-      part = 1;
+      part = Math.min(1, 2 * part);
     }
     return false;
   }
