@@ -1016,7 +1016,7 @@ class ReportTest(unittest.TestCase):
         wanted = {f"{kind}_{name}" for name in paper_table.SCENES for kind in ("table", "tests")}
         wanted |= {f"styles_{name}" for name in paper_table.STYLES}
         wanted |= {f"volumes_{name}" for name in paper_claims.VOLUME_SCENES}
-        wanted |= {f"cascade_{name}" for name in (*paper_cascade.SCENES,)}
+        wanted |= {f"cascade_{name}" for name in paper_cascade.SCENES}
         self.assertEqual(measured, wanted)
 
     def test_threads_wants_what_run_sh_measures(self):
