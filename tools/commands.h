@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,19 @@ constexpr int kExitContacts = 1;
 constexpr int kExitError = 2;
 
 enum class Output { kText, kCsv, kJson };
+
+namespace trade {
+
+struct Scene;
+struct Setting;
+
+/// What a program can accept.
+struct Wish {
+  double missed = 0, wrong = 0;     ///< shares, of contacts and of the pairs reported
+  std::optional<double> seconds{};  ///< of a frame
+};
+
+}  // namespace trade
 
 /// What a command is asked for. It reads what it has options for.
 struct Request {
@@ -49,6 +63,13 @@ struct Request {
   std::size_t points = 1000000;  ///< drawn of each scene, in all frames together
   std::string up{};              ///< axis that points up: x, y or z; empty to guess
   bool record = false;           ///< the page bends the guide filament and records its loads
+
+  struct Trade {
+    trade::Wish wish;
+    double longest = 5;     ///< seconds of a frame
+    bool again = false;     ///< nothing of a run that was stopped is used
+    std::string picture{};  ///< of the front, as SVG; empty for none
+  } trade{};
 };
 
 /// Writes a generated scene to the path, whose ending chooses the format: .vtp, .hair or .txt.
@@ -67,6 +88,16 @@ int checkStep(const Request& request);
 
 /// The least distance between the surfaces of two fibers, and where it is.
 int distance(const Request& request);
+
+/// Further settings of a scene, such as those of FCL's managers.
+/// @param options  of the first setting
+using PeerSettings = std::function<std::vector<trade::Setting>(const trade::Scene& scene,
+                                                               const FiberTreeOptions& options)>;
+
+/// What options and other ways cost on a scene, and what they miss, and the fastest that is wished
+/// for.
+/// @param peers  may be empty
+int tradeOff(const Request& request, const PeerSettings& peers);
 
 /// Writes a page that shows the scenes, or the one scene during a step.
 int view(const Request& request);

@@ -279,6 +279,75 @@ void addReplay(CLI::App& command, Arguments& arguments) {
       "the\ndifference. The exit code is 1 if they differ.");
 }
 
+/// A number and a unit, of which the last is meant if there is none.
+void addUnits(CLI::App& command, const char* name, const char* type,
+              const std::vector<std::pair<std::string, double>>& units, const char* example,
+              const std::function<void(double)>& take, const char* what) {
+  command
+      .add_option_function<std::string>(
+          name,
+          [=](const std::string& text) {
+            char* end = nullptr;
+            const double number = std::strtod(text.c_str(), &end);
+            std::string unit = end;
+            unit.erase(0, unit.find_first_not_of(' ') == std::string::npos
+                              ? unit.size()
+                              : unit.find_first_not_of(' '));
+            for (const auto& [word, factor] : units) {
+              if (end != text.c_str() && unit == word && number >= 0 && std::isfinite(number)) {
+                return take(number * factor);
+              }
+            }
+            throw CLI::ValidationError(name,
+                                       "'" + text + "' is no " + type + " such as " + example);
+          },
+          what)
+      ->type_name(type);
+}
+
+void addTrade(CLI::App& command, Arguments& arguments) {
+  Request& request = arguments.request;
+  addScene(command, "SCENE", sceneText(arguments), arguments);
+  addRadius(command, arguments, true);
+  add(command, "--end", arguments.end, "SCENE",
+      "Trade what finds the pairs that touch while the fibers move\nfrom SCENE to this one in a "
+      "straight line.");
+  add(command, "--mesh", request.meshes.paths, "FILE",
+      "Trade what finds the segments that touch the triangles of a\nWavefront OBJ file, in the "
+      "frame and unit of the fibers.\nRepeat it for more.")
+      ->allow_extra_args(false);
+  addLoads(command, arguments);
+  using Units = std::vector<std::pair<std::string, double>>;
+  const Units shares = {{"%", 0.01}, {"", 1}};
+  Request::Trade& trade = request.trade;
+  addUnits(
+      command, "--miss", "SHARE", shares, "0.1%", [&](double x) { trade.wish.missed = x; },
+      "The share of contacts that may be missed, such as `0.1%`.\nThe default is 0.");
+  addUnits(
+      command, "--false", "SHARE", shares, "5%", [&](double x) { trade.wish.wrong = x; },
+      "The share of pairs that may be false. The default is 0.");
+  const Units times = {{"us", 1e-6}, {"ms", 1e-3}, {"s", 1}};
+  addUnits(
+      command, "--budget", "TIME", times, "5ms", [&](double x) { trade.wish.seconds = x; },
+      "The time that a frame may take, such as `5ms`.");
+  addUnits(
+      command, "--longest", "TIME", times, "5s", [&](double x) { trade.longest = x; },
+      "End a setting whose frame takes longer. The default is 5s.");
+  add(command, "--picture", trade.picture, "FILE.svg", "Draw the front.");
+  command.add_flag("--again", trade.again,
+                   "Measure all again, also what a run that was stopped has\nmeasured.");
+  addJson(command, request);
+  add(command, "-o,--output", request.path, "FILE", "Write to FILE instead of stdout.");
+  command.footer(
+      "Turns each option of a FiberTree from its default" +
+      std::string(arguments.generated.make ? ", and asks FCL's managers" : "") +
+      ".\nEvery answer is compared with the distances of all pairs, or of a random sample if there "
+      "are too\nmany. A contact is a pair that touches, other than near along one fiber. A false pair "
+      "is reported\nand is no contact. The program then prints the lines that set the fastest way "
+      "that --miss, --false\nand --budget allow. A run that is stopped is gone on with by the next one "
+      "of the same scene.");
+}
+
 void addView(CLI::App& command, Arguments& arguments) {
   Request& request = arguments.request;
   add(command, "SCENES", arguments.scenes, "", "The scenes that the page shows.")->required();
@@ -370,6 +439,8 @@ std::vector<Command> commandsOf(const ProgramParts& parts) {
     commands.push_back({"replay", "Make the calls of a ShadowManager's record again.", addReplay,
                         [&](const Request& request) { return parts.replay(request.path); }});
   }
+  commands.push_back({"trade", "Measure what options cost and miss on a scene.", addTrade,
+                      [&](const Request& request) { return tradeOff(request, parts.peers); }});
   commands.push_back({"view", "Write a page that shows scenes in 3D, offline.", addView, view});
   return commands;
 }

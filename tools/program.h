@@ -15,6 +15,7 @@ struct ProgramParts {
   std::string name = "fcl_fibers";                     ///< in --help, errors and warnings
   GeneratedScenes scenes;                              ///< adds `generate`
   std::function<int(const std::string& path)> replay;  ///< adds it
+  PeerSettings peers;                                  ///< of `trade`
 };
 
 /// Runs a command line, without the program's name in front. Returns the exit code; an error is on

@@ -43,6 +43,7 @@ LIBRARIES = {
 }
 TOP = "src/*.h"
 TOOLS = "tools"
+TRADE = "tools/trade"
 PYTHON = "python/src"
 FOLDERS = {f"src/{folder.name}" for folder in (ROOT / "src").iterdir() if folder.is_dir()}
 TOP_FILES = {f"src/{file.name}" for file in ROOT.glob(TOP)}
@@ -61,7 +62,7 @@ def rooms():
     allowed = {}
     for line in PAGE.read_text().splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) == 3 and re.fullmatch(r"`(src/(\w+|\*\.h)|tools|python/src)`", cells[0]):
+        if len(cells) == 3 and re.fullmatch(r"`(src/(\w+|\*\.h)|tools|tools/trade|python/src)`", cells[0]):
             room = cells[0].strip("`")
             allowed[room] = {room} | set(re.findall(r"`([^`]+)`", cells[2]))
     return allowed
@@ -94,14 +95,15 @@ def target_of_tools(name, path):
     for folder in (path.parent, ROOT, ROOT / "src"):
         if (folder / name).exists():
             found = (folder / name).relative_to(ROOT)
-            return TOOLS if found.parent.name == TOOLS else found.as_posix()
+            room = found.parent.as_posix()
+            return room if room in (TOOLS, TRADE) else found.as_posix()
     return TOOLS if name == "embedded.h" else f"the unknown file {name}"
 
 
 def main():
     allowed = rooms()
     problems = []
-    for room in sorted((FOLDERS | {TOP, TOOLS, PYTHON}) ^ set(allowed)):
+    for room in sorted((FOLDERS | {TOP, TOOLS, TRADE, PYTHON}) ^ set(allowed)):
         problems.append(f"{room}: it has to be a folder, and in the table of docs/architecture.md")
     above = set()
     for room, targets in allowed.items():
@@ -111,7 +113,7 @@ def main():
 
     files = 0
     libraries = [*ROOT.glob("src/**/*"), *ROOT.glob("include/**/*")]
-    programs = [*(ROOT / TOOLS).glob("*"), *(ROOT / PYTHON).glob("*")]
+    programs = [path for room in (TOOLS, TRADE, PYTHON) for path in (ROOT / room).glob("*")]
     for path in sorted([*libraries, *programs]):
         if path.suffix not in (".h", ".cpp"):
             continue
@@ -124,7 +126,7 @@ def main():
             room = "/".join(relative.parts[:2]) if len(relative.parts) > 2 else TOP
             may = allowed.get(room, set())
         else:
-            room = PYTHON if path.parent == ROOT / PYTHON else TOOLS
+            room = relative.parent.as_posix()
             may = allowed.get(room, set())
         for what in INCLUDE.findall(path.read_text()):
             leads_to = target(what, path)

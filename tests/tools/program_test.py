@@ -23,7 +23,7 @@ from program import read_polylines, read_vtp
 SOURCES = Path(__file__).resolve().parents[2]
 LOADS = SOURCES / "scenes" / "recorded_loads.txt"
 
-HELPED = ("generate", "convert", "info", "check", "distance", "replay", "view")
+HELPED = ("generate", "convert", "info", "check", "distance", "replay", "trade", "view")
 
 
 class Pictures(ProgramTest):

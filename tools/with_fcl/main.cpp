@@ -9,6 +9,7 @@
 #include "scenes/generated_scenes.h"
 #include "tools/commands.h"
 #include "tools/program.h"
+#include "tools/with_fcl/fcl_settings.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -35,5 +36,6 @@ int main(int argc, char** argv) {
   tools::ProgramParts parts;
   parts.scenes = scenes::generatedScenes();
   parts.replay = tools::replay;
+  parts.peers = tools::fclSettings;
   return tools::runProgram({argv + 1, argv + argc}, parts);
 }

@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What the command `trade` judges by, beside the oracles of the tests.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/exact_geometry.h"
+#include "support/random.h"
+#include "support/touch_oracle.h"
+#include "tools/trade/coarser.h"
+#include "tools/trade/front.h"
+#include "tools/trade/trial.h"
+
+namespace fcl_fibers::tools::trade {
+namespace {
+
+using testing::IsEmpty;
+using Pair = std::pair<std::int32_t, std::int32_t>;
+
+constexpr double kAll = 1e300;
+const auto kSilent = [](double) {};
+
+/// Fibers that wander in a cube, so that many touch others and some touch themselves.
+FiberPolylines tangle(std::size_t fibers, std::size_t segments, double radius, std::uint64_t seed) {
+  test::Random random(seed);
+  FiberPolylines scene;
+  scene.radius = radius;
+  for (std::size_t f = 0; f < fibers; ++f) {
+    Eigen::Vector3d p = random.inCube(0.5), way = random.direction();
+    for (std::size_t i = 0; i <= segments; ++i) {
+      scene.points.push_back({p.x(), p.y(), p.z()});
+      way = (way + random.direction()).normalized();
+      p += 0.1 * way;
+    }
+    scene.point_begin.push_back(scene.points.size());
+  }
+  return scene;
+}
+
+test::TouchOracle oracleOf(const FiberPolylines& scene, std::vector<std::int32_t>& segments) {
+  std::vector<test::GivenCapsule> capsules;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    for (std::size_t n = 0; n < scene.segmentCount(f); ++n) {
+      const std::size_t i = scene.point_begin[f] + n;
+      segments.push_back(static_cast<std::int32_t>(i));
+      capsules.push_back({scene.points[i], scene.points[i + 1], scene.radiusAt(i)});
+    }
+  }
+  return test::TouchOracle(std::move(capsules));
+}
+
+std::vector<Pair> pairsOf(const std::vector<Touch>& touches) {
+  std::vector<Pair> pairs;
+  for (const Touch& touch : touches) pairs.emplace_back(touch.a, touch.b);
+  return pairs;
+}
+
+test::Point exact(const Point& p) { return {p[0], p[1], p[2]}; }
+
+// A contact that the judge misses would be false when a tree reports it, and the other way around.
+TEST(Judge, FindsWhatTouches) {
+  const Scene scene = {tangle(60, 100, 0.03, 1), {}};
+  const Verdict verdict = judge(scene, kAll, kSilent);
+  std::vector<std::int32_t> segments;
+  const test::TouchOracle truth = oracleOf(scene.fibers, segments);
+  std::vector<Pair> expected;
+  truth.visitNearPairs(0, [&](std::size_t i, std::size_t j, const auto& decided) {
+    // Half a circle with the diameter of both radii is 0.094, less than a segment.
+    if (decided.touching && segments[j] > segments[i] + 1) {
+      expected.emplace_back(segments[i], segments[j]);
+    }
+  });
+  ASSERT_GT(expected.size(), 500u);
+  EXPECT_EQ(pairsOf(verdict.contacts), expected);
+  EXPECT_THAT(verdict.open, IsEmpty());
+  EXPECT_TRUE(verdict.isWhole());
+  for (const Touch& touch : verdict.contacts) {
+    const auto a = static_cast<std::size_t>(touch.a), b = static_cast<std::size_t>(touch.b);
+    const std::vector<Point>& p = scene.fibers.points;
+    const auto distance =
+        test::segmentDistance(exact(p[a]), exact(p[a + 1]), exact(p[b]), exact(p[b + 1]));
+    EXPECT_NEAR(touch.distance, static_cast<double>(distance) - 0.06, 1e-15);
+  }
+}
+
+// Segments along a thick fiber would count as contacts of it with itself.
+TEST(Judge, LeavesOutPairsAlongAFiber) {
+  Scene scene;
+  scene.fibers.radius = 1;
+  for (int i = 0; i <= 10; ++i) scene.fibers.points.push_back({1.0 * i, 0, 0});
+  scene.fibers.point_begin = {0, 11};
+  const Verdict straight = judge(scene, kAll, kSilent);
+  EXPECT_THAT(straight.contacts, IsEmpty());
+  EXPECT_TRUE(straight.has_pairs_along);
+  EXPECT_NEAR(defaultOptions(scene, straight).ignored_arc_length, std::acos(-1), 1e-6);
+  // All around a circle touch. Half a circle of both radii is 3.14, and segments are 0.5 long, so
+  // that seven of them may lie between two.
+  for (int i = 0; i <= 10; ++i) {
+    const double angle = 2 * std::asin(0.25 / 0.9) * i;
+    scene.fibers.points[static_cast<std::size_t>(i)] = {0.9 * std::cos(angle),
+                                                        0.9 * std::sin(angle), 0};
+  }
+  EXPECT_THAT(pairsOf(judge(scene, kAll, kSilent).contacts),
+              testing::ElementsAre(Pair{0, 8}, Pair{0, 9}, Pair{1, 9}));
+}
+
+// A sample would tell of contacts that there are not, or leave out some of its own.
+TEST(Judge, ASampleHasAllContactsOfItsSegments) {
+  const Scene scene = {tangle(60, 200, 0.01, 2), {}};
+  const Verdict whole = judge(scene, kAll, kSilent), part = judge(scene, 2e6, kSilent);
+  ASSERT_FALSE(part.isWhole());
+  ASSERT_GT(part.judged_pieces, 5u);
+  const auto isSampled = [&](std::int32_t i) {
+    return part.in_sample[static_cast<std::size_t>(i)] != 0;
+  };
+  std::vector<Pair> expected;
+  for (const Touch& touch : whole.contacts) {
+    if (isSampled(touch.a) || isSampled(touch.b)) expected.emplace_back(touch.a, touch.b);
+  }
+  EXPECT_EQ(pairsOf(part.contacts), expected);
+  EXPECT_GT(part.effective_count, 1);
+  EXPECT_LE(part.effective_count, static_cast<double>(part.contacts.size()));
+}
+
+MeshFile meshOf(std::vector<Point> points, std::vector<std::int32_t> triangles) {
+  TriangleMesh mesh({points.front().data(), points.size(), triangles.data(), triangles.size() / 3});
+  return {"mesh", std::move(points), std::move(triangles), std::move(mesh)};
+}
+
+/// A sheet of waves over [-1, 1] x [-1, 1].
+MeshFile waves(std::int32_t n) {
+  std::vector<Point> points;
+  std::vector<std::int32_t> triangles;
+  for (std::int32_t i = 0; i <= n; ++i) {
+    for (std::int32_t j = 0; j <= n; ++j) {
+      const double x = 2.0 * i / n - 1, y = 2.0 * j / n - 1;
+      points.push_back({x, y, 0.2 * std::sin(4 * x) * std::cos(3 * y)});
+      const std::int32_t at = i * (n + 1) + j;
+      if (i == n || j == n) continue;
+      triangles.insert(triangles.end(), {at, at + n + 1, at + 1, at + 1, at + n + 1, at + n + 2});
+    }
+  }
+  return meshOf(std::move(points), std::move(triangles));
+}
+
+double distanceToMesh(const Point& p, const Point& q, const MeshFile& mesh) {
+  test::Real least = 1e300;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+    const auto corner = [&](std::size_t k) {
+      return exact(mesh.points[static_cast<std::size_t>(mesh.triangles[t + k])]);
+    };
+    least = std::min(least, test::segmentTriangleDistance(exact(p), exact(q),
+                                                          {corner(0), corner(1), corner(2)}));
+  }
+  return static_cast<double>(least);
+}
+
+// As for two segments.
+TEST(Judge, FindsWhatTouchesAMesh) {
+  Scene scene = {tangle(20, 40, 0.05, 3), {}};
+  scene.meshes.push_back(waves(12));
+  const Verdict verdict = judge(scene, kAll, kSilent);
+  std::size_t crossing = 0, next = 0;
+  for (std::size_t i = 0; i + 1 < scene.fibers.points.size(); ++i) {
+    if ((i + 1) % 41 == 0) continue;  // the last point of a fiber
+    const double distance =
+        distanceToMesh(scene.fibers.points[i], scene.fibers.points[i + 1], scene.meshes[0]);
+    if (distance > 0.05) continue;
+    ASSERT_LT(next, verdict.contacts.size());
+    const Touch& touch = verdict.contacts[next++];
+    EXPECT_EQ(touch.a, static_cast<std::int32_t>(i));
+    EXPECT_EQ(touch.b, kMesh);
+    EXPECT_NEAR(touch.distance, distance - 0.05, 1e-15);
+    crossing += distance == 0 ? 1 : 0;
+  }
+  EXPECT_EQ(next, verdict.contacts.size());
+  EXPECT_GT(crossing, 5u);
+  EXPECT_GT(next, 2 * crossing);
+}
+
+// A pair that meets in the middle of a step would go by, or its time be another one.
+TEST(Judge, FindsWhatTouchesInAStep) {
+  Scene scene = {tangle(30, 30, 0.01, 4), {}};
+  scene.end.push_back(tangle(30, 30, 0.01, 5));
+  const Verdict verdict = judge(scene, kAll, kSilent);
+  std::vector<std::int32_t> segments;
+  const test::TouchOracle start = oracleOf(scene.fibers, segments);
+  std::vector<std::int32_t> same;
+  constexpr int kInstants = 2000;
+  std::size_t seen = 0;
+  const auto at = [&](std::size_t i, double time) {
+    test::Point p;
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[k] = (1 - time) * scene.fibers.points[i][k] + time * scene.end[0].points[i][k];
+    }
+    return p;
+  };
+  std::size_t late = 0;
+  for (const Touch& touch : verdict.contacts) {
+    const auto a = static_cast<std::size_t>(touch.a), b = static_cast<std::size_t>(touch.b);
+    const auto gap = [&](double time) {
+      return static_cast<double>(test::segmentDistance(at(a, time), at(a + 1, time), at(b, time),
+                                                       at(b + 1, time))) -
+             0.02;
+    };
+    EXPECT_LT(gap(touch.time), 1e-9);
+    for (int i = 0; i < 20 && touch.time > 0; ++i) {
+      late += gap(touch.time * i / 20 * 0.999) < -1e-6 ? 1 : 0;
+    }
+    ++seen;
+  }
+  EXPECT_EQ(late, 0u);
+  ASSERT_GT(seen, 300u);
+  // What touches at some instant is among them.
+  const std::vector<Pair> found = pairsOf(verdict.contacts);
+  test::Random random(6);
+  for (int i = 0; i < kInstants; ++i) {
+    const auto a = static_cast<std::size_t>(segments[random.below(segments.size())]);
+    const auto b = static_cast<std::size_t>(segments[random.below(segments.size())]);
+    if (b < a + 2) continue;
+    for (int n = 0; n <= 40; ++n) {
+      const double time = n / 40.0;
+      const auto distance =
+          test::segmentDistance(at(a, time), at(a + 1, time), at(b, time), at(b + 1, time));
+      if (!(distance < 0.0199)) continue;
+      EXPECT_THAT(found, testing::Contains(Pair(a, b))) << "at " << time;
+    }
+  }
+}
+
+/// A setting of that many missed pairs and false ones.
+std::vector<Touch> without(std::vector<Touch> touches, std::size_t missed, std::size_t wrong) {
+  touches.erase(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(missed));
+  // Segments of a fiber are adjacent.
+  for (std::size_t i = 0; i < wrong; ++i) {
+    touches.push_back({static_cast<std::int32_t>(i), static_cast<std::int32_t>(i + 1)});
+  }
+  std::sort(touches.begin(), touches.end());
+  return touches;
+}
+
+// Shares and errors would be those of other answers.
+TEST(Compare, CountsWhatIsMissedAndFalse) {
+  const Scene scene = {tangle(60, 100, 0.03, 1), {}};
+  const Verdict verdict = judge(scene, kAll, kSilent);
+  std::vector<Touch> found = without(verdict.contacts, 7, 5);
+  const Outcome outcome = compare(scene, verdict, {}, found);
+  EXPECT_EQ(outcome.missed, 7u);
+  EXPECT_EQ(outcome.wrong, 5u);
+  EXPECT_EQ(outcome.judged, found.size());
+  EXPECT_DOUBLE_EQ(outcome.most_missed, outcome.missedShare());
+  EXPECT_EQ(outcome.depth.worst, 0);
+  EXPECT_EQ(outcome.normal.worst, 0);
+  for (Touch& touch : found) {
+    touch.distance += 0.015;  // half a radius
+    for (double& x : touch.place) x += 0.03 / std::sqrt(3);
+    if (touch.normal != Point{}) std::swap(touch.normal[0], touch.normal[1]);
+  }
+  const Outcome off = compare(scene, verdict, {}, found);
+  EXPECT_NEAR(off.depth.median, 0.5, 1e-9);
+  EXPECT_NEAR(off.place.median, 1, 1e-9);
+  EXPECT_GT(off.normal.worst, 10);
+}
+
+// A sample would be taken for all.
+TEST(Compare, BoundsWhatASampleMayHideOfAll) {
+  const Scene scene = {tangle(60, 200, 0.01, 2), {}};
+  const Verdict part = judge(scene, 2e6, kSilent);
+  const Outcome none = compare(scene, part, {}, part.contacts);
+  EXPECT_EQ(none.missed, 0u);
+  // Wilson's bound for none of n is z^2 / (n + z^2).
+  EXPECT_NEAR(none.most_missed, 3.8415 / (part.effective_count + 3.8415), 1e-3);
+  const Outcome some = compare(scene, part, {}, without(part.contacts, 10, 0));
+  EXPECT_GT(some.most_missed, some.missedShare());
+  // What is false outside of the sample is not known.
+  std::vector<Touch> found = part.contacts;
+  for (std::int32_t i = 0; i < 200; ++i) found.push_back({i, i + 1});
+  std::sort(found.begin(), found.end());
+  const Outcome judged = compare(scene, part, {}, found);
+  EXPECT_LT(judged.wrong, 200u);
+  EXPECT_EQ(judged.wrong + part.contacts.size(), judged.judged);
+}
+
+double greatestDistance(const FiberPolylines& fibers, const CoarserFibers& coarser) {
+  double greatest = 0;
+  for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
+    for (std::size_t n = 0; n < fibers.segmentCount(f); ++n) {
+      const std::size_t i = fibers.point_begin[f] + n;
+      const auto own = static_cast<std::size_t>(coarser.segment_of[i]);
+      for (const std::size_t end : {i, i + 1}) {
+        greatest =
+            std::max(greatest, static_cast<double>(test::pointSegmentDistance(
+                                   exact(fibers.points[end]), exact(coarser.fibers.points[own]),
+                                   exact(coarser.fibers.points[own + 1]))));
+      }
+    }
+  }
+  return greatest;
+}
+
+// A margin of twice the error would miss contacts.
+TEST(Coarser, FibersAreWithinTheirError) {
+  FiberPolylines fibers = tangle(5, 23, 0.01, 7);
+  fibers.radii.assign(fibers.points.size(), 0.01);
+  fibers.radii[9] = 0.5;
+  for (const std::size_t n : {std::size_t{2}, std::size_t{4}, std::size_t{8}}) {
+    const CoarserFibers coarser = everyNth(fibers, n);
+    ASSERT_EQ(coarser.fibers.fiberCount(), 5u);
+    EXPECT_EQ(coarser.fibers.segmentCount(0), (23 + n - 1) / n);
+    EXPECT_EQ(coarser.fibers.points[coarser.fibers.point_begin[1] - 1], fibers.points[23]);
+    EXPECT_NEAR(greatestDistance(fibers, coarser), coarser.error, 1e-12);
+    EXPECT_EQ(coarser.fibers.radiusAt(static_cast<std::size_t>(coarser.segment_of[9])), 0.5);
+  }
+}
+
+/// So narrow that its triangles become edges.
+MeshFile ribbon() {
+  std::vector<Point> points;
+  std::vector<std::int32_t> triangles;
+  for (std::int32_t i = 0; i <= 40; ++i) {
+    for (const double y : {0.0, 0.01}) points.push_back({0.1 * i, y, 0});
+    if (i > 0)
+      triangles.insert(triangles.end(),
+                       {2 * i - 2, 2 * i, 2 * i + 1, 2 * i - 2, 2 * i + 1, 2 * i - 1});
+  }
+  return meshOf(std::move(points), std::move(triangles));
+}
+
+void expectWithinError(const MeshFile& fine) {
+  for (const double edges : {2.0, 8.0}) {
+    const CoarserMesh coarser = clusterPoints(fine, edges);
+    EXPECT_LT(coarser.mesh.triangles.size(), fine.triangles.size() / 2);
+    ASSERT_FALSE(coarser.mesh.triangles.empty());
+    double greatest = 0;
+    for (std::size_t t = 0; t < fine.triangles.size(); t += 3) {
+      // Corners, and the middle.
+      Point middle{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Point& p = fine.points[static_cast<std::size_t>(fine.triangles[t + k])];
+        for (std::size_t axis = 0; axis < 3; ++axis) middle[axis] += p[axis] / 3;
+        greatest = std::max(greatest, distanceToMesh(p, p, coarser.mesh));
+      }
+      greatest = std::max(greatest, distanceToMesh(middle, middle, coarser.mesh));
+    }
+    EXPECT_LE(greatest, coarser.error + 1e-12);
+    EXPECT_GT(greatest, 0);
+  }
+}
+
+TEST(Coarser, AMeshIsWithinItsError) {
+  expectWithinError(waves(16));
+  expectWithinError(ribbon());
+}
+
+// A dial would miss contacts that it is said to find, or none that it is said to miss.
+TEST(Settings, FindWhatTheyPromise) {
+  const Scene scene = {tangle(40, 64, 0.02, 8), tangle(40, 64, 0.02, 9)};
+  const Verdict verdict = judge(scene, kAll, kSilent);
+  std::size_t coarse_missed = 0;
+  for (const Setting& setting : settingsOf(scene, verdict)) {
+    const std::unique_ptr<Trial> trial = setting.make();
+    Deadline deadline(1e9);
+    trial->frame(deadline);
+    const Outcome outcome = compare(scene, verdict, setting, trial->found());
+    const bool loses =
+        setting.dial == "neighbours" ||
+        (setting.dial == "sampling" && setting.value.find("margin") == std::string::npos);
+    const bool reports_capsules = setting.value.find("volumes") == std::string::npos;
+    if (setting.dial == "sampling" && loses) coarse_missed += outcome.missed;
+    EXPECT_TRUE(loses || outcome.missed == 0) << setting.name();
+    EXPECT_TRUE(setting.dial != "tree" || !reports_capsules || outcome.wrong == 0)
+        << setting.name();
+    EXPECT_TRUE(setting.dial != "tree" || outcome.depth.worst < 1e-12) << setting.name();
+    EXPECT_GT(trial->bytes(), 0u) << setting.name();
+  }
+  EXPECT_GT(coarse_missed, 10u);
+}
+
+Row row(double times, std::size_t missed, std::size_t wrong) {
+  Outcome outcome;
+  outcome.times = outcome.seconds = times;
+  outcome.contacts = outcome.judged = 1000;
+  outcome.missed = missed;
+  outcome.wrong = wrong;
+  outcome.most_missed = outcome.missedShare();
+  return {"dial", "value", "", "", outcome};
+}
+
+// A slower setting that misses more would be recommended.
+TEST(Front, HasWhatNothingBeats) {
+  std::vector<Row> rows = {row(1, 0, 0),    row(0.98, 0, 0),  row(0.5, 10, 0),
+                           row(0.6, 10, 5), row(0.3, 0, 500), row(2, 0, 0)};
+  rows.push_back(row(0.01, 0, 0));
+  rows.back().outcome.is_ended = true;
+  markFront(rows);
+  std::vector<bool> on_front;
+  for (const Row& each : rows) on_front.push_back(each.is_on_front);
+  EXPECT_THAT(on_front, testing::ElementsAre(true, false, true, false, true, false, false));
+  EXPECT_EQ(choose(rows, {}), &rows[0]);
+  EXPECT_EQ(choose(rows, {0.01, 0, {}}), &rows[2]);
+  EXPECT_EQ(choose(rows, {0, 0.5, {}}), &rows[4]);
+  EXPECT_EQ(choose(rows, {0.01, 0, 0.4}), nullptr);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::tools::trade

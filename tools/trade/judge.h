@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include <fcl_fibers/fiber_polylines.h>
+
+#include "tools/mesh_file.h"
+
+namespace fcl_fibers::tools::trade {
+
+/// @file
+/// What touches, found by the distances of all segments from all others. It shares no code with the
+/// library, which it judges.
+
+/// What fibers are asked about. There are fibers at rest, fibers and meshes, and fibers in a step.
+struct Scene {
+  FiberPolylines fibers;
+  FiberPolylines before;              ///< where they were in another frame, so that updates move
+  std::vector<MeshFile> meshes{};     ///< if there are any, segments are asked about these
+  std::vector<FiberPolylines> end{};  ///< one element if there is a step
+
+  bool isStep() const { return !end.empty(); }
+};
+
+using Real = long double;
+using Vector = std::array<Real, 3>;
+
+/// The axis of a capsule.
+struct Axis {
+  Vector from, to;
+  Real radius;
+};
+
+/// The closest points of two things.
+struct Closest {
+  Real distance;
+  Vector p, q;
+};
+
+/// The least of the distances of ends from axes and of the common perpendicular. None of them is
+/// too small, because each is the distance of two points.
+Closest closest(const Axis& a, const Axis& b);
+/// The least of the distances of ends from the triangle and of the axis from its edges; or 0, where
+/// the axis crosses it.
+Closest closest(const Axis& axis, const std::array<Vector, 3>& triangle);
+
+constexpr std::int32_t kMesh = -1;  ///< the partner of a segment that touches a mesh
+
+/// Two segments, or a segment and kMesh, and how they touch.
+struct Touch {
+  std::int32_t a, b;    ///< by first points, a < b
+  double distance = 0;  ///< from surface to surface; in a step, at `time`
+  Point normal{};       ///< from a to b; 0 where the axes meet, so that none is the right one
+  Point place{};        ///< in the middle between the surfaces
+  bool is_at_one_place = true;  ///< false for axes that are so parallel that many places are right
+  double time = 1;              ///< of the first touch in a step
+};
+
+bool operator<(const Touch& a, const Touch& b);
+
+/// What is true of a scene, or of a sample of it. The sample is of pieces: runs of segments of one
+/// fiber.
+struct Verdict {
+  /// Pairs that touch, ascending, of which one at least is of the sample. Pairs that a fiber has
+  /// with itself because it is thick are no contacts: those whose part between them cannot turn
+  /// back, see PairsAlong.
+  std::vector<Touch> contacts;
+  std::vector<Touch> open;              ///< pairs whose touch rounding decides, ascending
+  std::vector<std::uint8_t> in_sample;  ///< by first point
+  std::size_t pieces = 0, judged_pieces = 0;
+  /// The squared sum of the contacts of the pieces over the sum of their squares (Kish, Survey
+  /// Sampling, 1965): so many contacts of their own tell as much as those of the pieces.
+  double effective_count = 0;
+  bool has_pairs_along = false;  ///< other than adjacent segments
+
+  bool isWhole() const { return judged_pieces == pieces; }
+};
+
+/// Judges pieces in a random order, which is always the same, until that has taken `most_tests` of
+/// two segments or boxes.
+/// @param tell  is told the share that is done, from 0 to 1
+Verdict judge(const Scene& scene, double most_tests, const std::function<void(double)>& tell);
+
+}  // namespace fcl_fibers::tools::trade

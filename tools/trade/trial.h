@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+
+#include "tools/trade/judge.h"
+
+namespace fcl_fibers::tools::trade {
+
+/// Ends a query that takes too long or finds too much.
+class Deadline {
+ public:
+  explicit Deadline(double seconds);
+  /// Whether a query that has found so many pairs is to end. It looks at the clock now and then.
+  bool isOver(std::size_t found);
+  bool wasOver() const { return was_over_; }
+
+ private:
+  double end_;
+  bool was_over_ = false;
+};
+
+/// One way to ask what touches, with all that it keeps between two frames.
+class Trial {
+ public:
+  virtual ~Trial() = default;
+
+  /// Reads the fibers and finds what touches.
+  /// @return the seconds that both took together
+  virtual double frame(Deadline& deadline) = 0;
+
+  /// What the last frame found, ascending, each pair once, in the names of the trial.
+  virtual std::vector<Touch> found() const = 0;
+
+  /// That it holds; 0 if nobody tells.
+  virtual std::size_t bytes() const = 0;
+};
+
+/// What a dial is turned to.
+struct Setting {
+  std::string dial;         ///< what is turned, as in `sampling`
+  std::string value;        ///< what it is turned to, as in `every 4th point`
+  std::string cpp, python;  ///< lines that set it
+  std::function<std::unique_ptr<Trial>()> make;
+  /// By first point of a segment of the scene: the segment of the trial that it is a part of. Null
+  /// if they are the same.
+  std::shared_ptr<const std::vector<std::int32_t>> segment_of{};
+
+  std::string name() const { return dial + ": " + value; }
+};
+
+/// The ways in which the library can be asked about a scene: first what the tree does by default
+/// with neighbours left out as the scene needs it, then one dial after the other turned from there.
+/// The scene has to outlive them.
+std::vector<Setting> settingsOf(const Scene& scene, const Verdict& verdict);
+
+/// The default of settingsOf().
+FiberTreeOptions defaultOptions(const Scene& scene, const Verdict& verdict);
+
+/// The half of a sum of radii that a pair's errors are told in.
+double radiusOf(const FiberPolylines& fibers, const Touch& touch);
+
+/// Errors of what was found and is a contact.
+struct Errors {
+  double median = 0, worst = 0;
+  std::size_t count = 0;
+};
+
+/// What a setting costs and misses.
+struct Outcome {
+  bool is_ended = false;     ///< by the deadline; then there is no more than the bytes
+  double seconds = 0;        ///< of a frame, median
+  double low = 0, high = 0;  ///< quartiles of these
+  double times = 0;          ///< of the default's frames, which took turns with these
+  std::size_t bytes = 0;     ///< 0 if nobody tells
+  std::size_t reported = 0;
+  std::size_t contacts = 0, missed = 0;  ///< of those judged
+  double most_missed = 0;  ///< with 97.5 % confidence no larger share of all contacts is missed
+  std::size_t judged = 0, wrong = 0;  ///< pairs reported that were judged, and are no contact
+  Errors depth, normal, place;        ///< radii, degrees, radii
+
+  double missedShare() const;
+  double falseShare() const;
+};
+
+/// What a setting found, beside the truth. Where it has segments of its own, a contact is found if
+/// the two segments that have it are reported, or some beside them.
+Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setting,
+                const std::vector<Touch>& found);
+
+}  // namespace fcl_fibers::tools::trade
