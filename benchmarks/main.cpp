@@ -15,7 +15,7 @@
 //   fcl_fibers_bench --measure=cables [--cables=N] [--triangles=N]
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
 //   fcl_fibers_bench --measure=shapes|narrow [SCENE]
-//   fcl_fibers_bench --measure=arms|queries|clients|costs|sampling|dials|motion-dials
+//   fcl_fibers_bench --measure=arms|queries|clients|costs
 //   fcl_fibers_bench --measure=chain|chain-claims|radii|rods|pictures      the paper's
 //   fcl_fibers_bench --measure=cascade [SCENE] [--runs=N]               the paper's
 //   fcl_fibers_bench --measure=volumes [SCENE]                          the paper's
@@ -97,7 +97,6 @@
 //   Growth/<segments>     the tree over plain arrays at some sizes of one density, or of the one
 //                         scene that is named, per segment
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
-//   Sampling/<segments>   the helix cut into 25 to 2,000 segments: contacts found and missed
 //   Touching/<set>/<who>  segments that touch the head, all or without those at roots: the update
 //                         of the head's pose and the query. "turned" is by arrays, for a head that
 //                         is stored at another rotation; FCL's is the head's query with
@@ -121,8 +120,6 @@
 //                         boxes
 //   Safe/step             the safe step of two fibers in five, as thin as it takes for none to
 //                         touch at the start, and all their impacts
-//   Dials/motion/<radii>/<dial>  what substeps, margins and linear bounds miss, add and take
-//   Dials/<dial>/...      what margin, root length and mesh resolution add, leave out and take
 //   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7
 //   Chain/...             self-collision of one chain, --chain=random|snake|straight --edge=N
 //   VolumeTests/<who>     tests of two volumes in the self query of frame 0, its leaf pairs and the

@@ -8,7 +8,7 @@
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arms, arrays,
 #              growth, obstacles, motion, pairs that live. 57 minutes without the last. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
-#   --trade    what accuracy costs: every manager, sampling, options, meshes, motion, narrow phases. 21 minutes.
+#   --trade    docs/trade.md: what options cost and miss on ten kinds of scene, and narrow phases. 40 minutes.
 #              It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
 #   --paper    the paper's Table I, figures, pictures and claims. 110 minutes. --full adds finer curves
 #   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
@@ -18,9 +18,8 @@
 #              --again is given
 #   --threads  docs/threads.md: what 2, 4, ... and all cores of the machine gain. 3 minutes
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
-#              or dials of --trade, 4 minutes. It keeps the other results of the set
-#   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
-#              --radius is their radius in the file's unit, for a file without radii
+#              or trade_yarn of --trade. It keeps the other results of the set
+#   --hair     the fibers of a file instead of the scenes. --radius is their radius in the file's unit, for a file without radii
 #
 # It first installs missing packages and builds. All times are of 2 cores and do not include the build.
 # Results, tables, picture and page go to build/benchmarks/results. To write the tables into the docs:
@@ -59,17 +58,16 @@ case "$full $set ${hair[*]}" in
   '1 trade '* | '1 python '* | '1 card '* | '1 threads '* | '1 paper '?*)
     refuse "--full does not go with --trade, --python, --card or --threads, nor with --paper --hair"
     ;;
-  '0 python '?* | '0 card '?* | '0 threads '?*) refuse "--hair does not go with --$set" ;;
+  '0 python '?* | '0 card '?* | '0 threads '?* | '0 trade '?*)
+    refuse "--hair does not go with --$set"
+    ;;
   '1 headline '*) set=full ;;
 esac
 [[ ${#targets[@]} == 0 || "$set ${hair[*]}" =~ ^(full|python)' '$ ]] ||
   refuse "--targets goes only with --full or --python alone"
 [[ -z $only || "$set ${hair[*]}" != *--hair* ]] || refuse "--only does not go with --hair"
 ((!again)) || [[ $set == card ]] || refuse "--again goes only with --card"
-ponytail=${FCL_FIBERS_DATA:+$FCL_FIBERS_DATA/tressfx31_ponytail_tail.tfx}
-if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
-  hair=(--hair="$ponytail" --radius=0.05)
-fi
+ponytail=${FCL_FIBERS_DATA:+$(realpath -e -- "$FCL_FIBERS_DATA")/tressfx31_ponytail_tail.tfx}
 # The path is relative to the folder of the caller.
 for i in "${!hair[@]}"; do
   if [[ ${hair[i]} == --hair=* ]]; then hair[i]=--hair=$(realpath -e -- "${hair[i]#--hair=}"); fi
@@ -77,7 +75,7 @@ done
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=build/benchmarks scenes=$set data=build/benchmarks/results/$set
-if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hair; fi
+if ((${#hair[@]} > 0)); then scenes=hair data=${data}_hair; fi
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev libtbb-dev \
   libpugixml-dev zlib1g-dev libcli11-dev libboost-dev libbenchmark-dev python3-pandas python3-jinja2 \
@@ -85,10 +83,11 @@ if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hai
 .ci/apt_install.sh libembree-dev libbullet-dev ||
   echo "Embree or Bullet cannot be installed. The benchmarks leave out what is missing" >&2
 tools=OFF goals=(fcl_fibers_bench) python=(-DFCL_FIBERS_BUILD_PYTHON=OFF)
-if [[ $set == paper ]]; then
+if [[ $set == paper || $set == trade ]]; then
   .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three
-  tools=ON goals+=(fcl_fibers_program fcl_fibers_topologies)
+  tools=ON goals+=(fcl_fibers_program)
 fi
+if [[ $set == paper ]]; then goals+=(fcl_fibers_topologies); fi
 if [[ $set == headline ]]; then goals=(fcl_fibers_headline); fi
 bench=("$build/benchmarks/${goals[0]}")
 if [[ $set == python ]]; then
@@ -141,10 +140,14 @@ measure() {
   fi
 }
 
-declare -A against=([headline]=headline [full]=full [trade]=all [paper]=paper)
+declare -A against=([headline]=headline [full]=full [paper]=paper)
 frames() { measure "$1" frames --against="${against[$set]}" "${@:2}"; }
-# trade SCENE SECONDS FLAG...: leaves out a contender that takes longer than SECONDS in any phase.
-trade() { frames "frames_$1" --limit="$2" --steps=20 "${@:3}"; }
+# trade SCENE WORD...: what `fcl_fibers trade` is told.
+trade() {
+  local bench=(/usr/bin/python3 -B benchmarks/python/trade.py --program="$build/tools/fcl_fibers"
+    --context="$data/costs.json")
+  measure "trade_$1" trade "${@:2}" --longest=4s --picture="$data/trade_$1.svg"
+}
 helix=--scene=helix:fibers=1000,segments
 
 case $scenes in
@@ -184,15 +187,25 @@ case $scenes in
     measure safe-distances safe-distances --scene=cap:fibers=50000 --motion=slow --runs=1
     ;;
   trade)
-    trade helix 2 $helix=100
-    trade helix-2000 8 $helix=2000
-    trade cap 2 --scene=cap:fibers=5000
-    trade paper-dynamic 0.5 --scene=paper-dynamic
-    if ((${#hair[@]} > 0)); then trade hair 2 "${hair[@]}"; fi
     measure costs costs
-    measure sampling sampling
-    measure dials dials
-    measure dials_motion motion-dials
+    files=$data/scenes
+    mkdir -p "$files"
+    /usr/bin/python3 -B docs/pictures/scenes.py "$files"
+    trade static paper-static
+    trade dynamic paper-dynamic
+    trade dynamic-step paper-dynamic:frame=85 --end=paper-dynamic:frame=86
+    trade half-scalp paper-half-scalp:straight=1,fibers=4000,length=7,wisp_fibers=300
+    trade strand paper-strand:fibers=200,area=0.615,straight=1,turns=2,helix_radius=0.5,deviation=0.3
+    trade wind cap:fibers=5000 --end=cap:fibers=5000,frame=1
+    trade curls helix:fibers=100,segments=1600
+    trade head "$files/parting.txt" --radius=0.05
+    trade head-mesh "$files/parting.txt" --radius=0.05 --mesh="$files/head.obj"
+    trade yarn "$files/tube.txt" --radius=0.125
+    trade cables "$files/cables.txt" --radius=0.004
+    trade cables-mesh "$files/cables.txt" --radius=0.004 --mesh="$files/arm.obj"
+    trade neuron "$files/neuron.swc"
+    trade tract "$files/tract.txt" --radius=0.05
+    if [[ -e $ponytail ]]; then trade hair "$ponytail" --radius=0.05; fi
     measure skins live-skins $helix=100 --motion=slow,fast --steps=100 --runs=1
     measure narrow narrow $helix=100
     measure narrow_paper-static narrow --scene=paper-static:fibers=1000 \

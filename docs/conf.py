@@ -34,7 +34,7 @@ NAVIGATION = {
     ],
     "Reference": ["contract", "numerics", "platforms", "works-with", "glossary"],
     "Paper": ["paper", "paper_measured"],
-    "Performance": ["performance", "accuracy", "costs", "beyond_one_machine"],
+    "Performance": ["performance", "trade", "beyond_one_machine"],
     "Developers": ["architecture", "/CONTRIBUTING", "log", "/CHANGELOG"],
 }
 

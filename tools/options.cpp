@@ -342,9 +342,11 @@ void addTrade(CLI::App& command, Arguments& arguments) {
       "Turns each option of a FiberTree from its default" +
       std::string(arguments.generated.make ? ", and asks FCL's managers" : "") +
       ".\nEvery answer is compared with the distances of all pairs, or of a random sample if there "
-      "are too\nmany. A contact is a pair that touches, other than near along one fiber. A false pair "
+      "are too\nmany. A contact is a pair that touches, other than near along one fiber. A false "
+      "pair "
       "is reported\nand is no contact. The program then prints the lines that set the fastest way "
-      "that --miss, --false\nand --budget allow. A run that is stopped is gone on with by the next one "
+      "that --miss, --false\nand --budget allow. A run that is stopped is gone on with by the next "
+      "one "
       "of the same scene.");
 }
 

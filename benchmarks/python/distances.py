@@ -4,7 +4,7 @@
 
     PYTHONPATH=build/release/python python3 benchmarks/python/distances.py
 
-Prints the table of docs/costs.md: medians of 9 runs, in milliseconds.
+Prints the table of docs/trade.md: medians of 9 runs, in milliseconds.
 """
 
 import statistics

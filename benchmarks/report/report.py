@@ -7,6 +7,7 @@ What was not run is named as not measured. Anything else that is missing is an e
 import argparse
 import base64
 import re
+import shutil
 import sys
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -47,7 +48,7 @@ DOCUMENTED = {
         *("motion", "live", "live-counts"),
     ),
     "trade": (
-        *("managers", "sampling", "costs", "dials", "motion-dials", "skins"),
+        *("trade-dials", "trade", "costs", "skins"),
         *("narrow", "narrow-errors", "narrow-kinds"),
     ),
     "paper": (
@@ -66,10 +67,6 @@ DOCUMENTED = {
     "threads": ("threads",),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
-DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
-SAMPLING = "Both are compared with the contacts of the finest sampling."
-RESOLUTION = "Both are compared with the segments that touch the finest mesh."
-MOTION = "Both are of the impacts of a step of the cap in the wind."
 
 
 @dataclass
@@ -180,25 +177,14 @@ def speed(kind, folder, with_targets=False):
 
 
 def trade_offs(folder):
-    wanted = files_of("frames", frames.FULL) | {"costs": "costs", "sampling": "sampling"}
-    wanted |= {"dials of obstacles": "dials", "dials of motion": "dials_motion"}
+    wanted = files_of("trade", trade.SCENES) | {"costs": "costs"}
     wanted |= {"skins of pairs that live": "skins"}
     wanted |= {"narrow phases": "narrow", "narrow phases of paper-static": "narrow_paper-static"}
     report = Report("trade", "What accuracy costs", folder, wanted)
     parts = report.parts
-    report.add("frames_.*", trade.managers, parts)
-    for name, (title, rows) in pictures.DIALS.items():
-        draw = partial(report.draw, "frames_.*", name, title, DIAL)
-        draw(pictures.dial, trade.dial_rows(parts), rows)
-    report.add("sampling", trade.sampling, parts.get("sampling"))
-    draw = partial(report.draw, "sampling", "trade_sampling", "Sampling and margin", SAMPLING)
-    draw(trade.sampling_figure, parts.get("sampling"))
-    report.add("dials", trade.dials, parts.get("dials"))
-    draw = partial(report.draw, "dials", "trade_obstacles", "Resolution of a mesh", RESOLUTION)
-    draw(trade.resolution_figure, parts.get("dials"))
-    report.add("dials_motion", trade.motion_dials, parts.get("dials_motion"))
-    draw = partial(report.draw, "dials_motion", "trade_motion", "Motion", MOTION)
-    draw(trade.motion_figure, parts.get("dials_motion"))
+    report.add("trade_.*", trade.dials, parts)
+    for name in trade.SCENES:
+        report.add(f"trade_{name}", trade.scene_table, name, parts.get(f"trade_{name}"))
     report.add("skins", live.skins, parts.get("skins"))
     report.add("costs", trade.costs, parts.get("costs"))
     hair = parts.get("narrow")
@@ -343,6 +329,8 @@ def write_documents(report, root):
     for figure in report.figures():
         if figure.name:
             (root / "docs" / "images" / f"{figure.name}.png").write_bytes(figure.data)
+    for front in report.folder.glob("trade_*.svg"):
+        shutil.copy(front, root / "docs" / "images")
 
 
 def main(arguments):

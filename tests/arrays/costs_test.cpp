@@ -46,7 +46,7 @@ double bytesPerSegment(const FiberTreeOptions& options, const FiberArrays<S>& ar
   return static_cast<double>(tree.memoryUsage()) / (kFibers * kSegments);
 }
 
-// The least tree would grow by what a scene does not use. docs/costs.md has the table: a node of
+// The least tree would grow by what a scene does not use. docs/trade.md has the table: a node of
 // 256 bytes for 6.8 segments, and the number of each.
 TEST(Costs, OfTheLeastTree) { EXPECT_LE(bytesPerSegment(kLeast, lock<double>().view()), 44); }
 
@@ -84,7 +84,7 @@ TEST(Costs, NothingIsKeptThatIsNotAskedFor) {
   EXPECT_EQ(bytesPerSegment(options, arrays), least);
 }
 
-// A row of docs/costs.md would say too little.
+// A row of docs/trade.md would say too little.
 TEST(Costs, OfWhatIsAskedFor) {
   const test::Assembly<double> fibers = lock<double>();
   FiberArrays<double> arrays = fibers.view();

@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-STEPS = Path(__file__).resolve().parents[2] / "benchmarks" / "python" / "steps.py"
+SCRIPTS = Path(__file__).resolve().parents[2] / "benchmarks" / "python"
 HELIX = "--scene=helix:fibers=10,segments=20"
 DYNAMIC = "--scene=paper-dynamic:fibers=40,segments=50"
 HALF_SCALP = "--scene=paper-half-scalp:fibers=20,segments=10"
@@ -44,11 +44,9 @@ RECORDED = {
     "full/safe-distances": ["safe-distances", HELIX, "--motion=slow", "--steps=5"],
     "full/motion_50": ["motion", "--fibers=500", "--radii=50"],
     "full/motion_480": ["motion", "--fibers=500", "--radii=480"],
-    "trade/frames_helix": ["frames", "--against=all", HELIX],
-    "trade/sampling": ["sampling", "--benchmark_filter=/(100|2000)/"],
     "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/"],
-    "trade/dials": ["dials", "--benchmark_filter=/(0|0.6|2|25600|409600)/"],
-    "trade/dials_motion": ["motion-dials", "--fibers=2000", "--benchmark_filter=/(5|50)/"],
+    "trade/trade_static": ["trade", "paper-static:fibers=20,segments=20,radius=0.05"],
+    "trade/trade_dynamic-step": ["trade", "helix:fibers=20", "--end=helix:fibers=20,frame=3"],
     "trade/skins": ["live-skins", HELIX, "--steps=5", "--benchmark_filter=/(0|0.5|chosen)/"],
     "trade/narrow": [
         "narrow",
@@ -95,6 +93,7 @@ RECORDED = {
 }
 RUNS = 5  # of each name: a ratio asks for so many
 CONTEXT = ("machine", "compiler", "build_type", "commit", "code", "left_out")
+COUNTS = ("segments", "contacts", "pieces", "judged_pieces")
 READ = (
     "run_type",
     "run_name",
@@ -119,7 +118,12 @@ def record(program, name, flags):
     command = [program]
     if name.startswith("python/"):
         beside = Path(program).parent / "fcl_fibers_step_in_cpp"
-        command = ["/usr/bin/python3", "-B", STEPS, f"--program={beside}"]
+        command = ["/usr/bin/python3", "-B", SCRIPTS / "steps.py", f"--program={beside}"]
+    if "/trade_" in name:
+        tool = Path(program).parent.parent / "tools" / "fcl_fibers"
+        costs = path.parent / "costs.json"
+        command = ["/usr/bin/python3", "-B", SCRIPTS / "trade.py", f"--program={tool}"]
+        command.append(f"--context={costs}")
     command += [f"--measure={flags[0]}", *flags[1:], f"--benchmark_out={path}"]
     subprocess.run(command, check=True, env=environment)
     document = json.loads(path.read_text())
@@ -128,7 +132,8 @@ def record(program, name, flags):
         if run["run_type"] == "iteration":
             runs.setdefault(run["run_name"], []).append(json.dumps(shrunk(run)))
     lines = ",\n".join(run for found in runs.values() for run in found[:RUNS])
-    context = json.dumps({key: document["context"][key] for key in CONTEXT})
+    known = document["context"]
+    context = json.dumps({key: known[key] for key in (*CONTEXT, *COUNTS) if key in known})
     text = f'{{"context": {context},\n"benchmarks": [\n{lines}\n]}}\n'
     path.write_text(text)
 

@@ -269,7 +269,7 @@ class ReportTest(unittest.TestCase):
         readme = self.root / "README.md"
         mark = "<!-- table headline: benchmarks/run.sh -->\n"
         readme.write_text(f"before\n\n{mark}old\n<!-- end of table -->\n\nafter\n")
-        other = self.root / "docs" / "costs.md"
+        other = self.root / "docs" / "trade.md"
         costs = "<!-- table costs: benchmarks/run.sh --trade -->\nkept\n<!-- end of table -->\n"
         other.write_text(costs)
         self.made("headline", "--docs", self.root)
@@ -565,7 +565,7 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(found[0], "0.0750 MISSED (at most 0.06)")
 
     def test_the_skin_of_pairs_that_live(self):
-        """If this failed, docs/accuracy.md would recommend a skin by other numbers."""
+        """If this failed, docs/trade.md would recommend a skin by other numbers."""
         self.take("trade", "skins")
         narrow = {"without_total": 8.0, "with_total": [1.0, 3.0, 2.0], "steps": 200.0}
         narrow |= {"bytes": 3e6, "segments": 1e5, "listings": 50.0, "motion": 0.2, "skin": 0.5}
@@ -586,37 +586,72 @@ class ReportTest(unittest.TestCase):
 
     def test_documents_keep_what_was_not_measured_again(self):
         """If this failed, --only would end in an error, or empty the other tables of a page."""
-        self.take("trade", "dials")
+        self.take("trade", "skins")
         (self.root / "docs" / "images").mkdir(parents=True)
         (self.root / "README.md").write_text("")
         kept = "<!-- table costs: a -->\nkept\n<!-- end of table -->\n"
-        mark = "<!-- table dials: b -->\nold\n<!-- end of table -->\n"
-        (self.root / "docs" / "accuracy.md").write_text(kept + mark)
+        mark = "<!-- table skins: b -->\nold\n<!-- end of table -->\n"
+        (self.root / "docs" / "trade.md").write_text(kept + mark)
         self.made("trade", "--docs", self.root)
-        text = (self.root / "docs" / "accuracy.md").read_text()
+        text = (self.root / "docs" / "trade.md").read_text()
         self.assertTrue(text.startswith(kept))
-        self.assertIn("| margin of 2 radii ", text)
+        self.assertIn("radii, chosen", text)
         self.assertNotIn("old", text)
 
     def test_trade(self):
-        """If this failed, docs/accuracy.md and docs/costs.md could not be made."""
+        """If this failed, docs/trade.md could not be made, or tell of other settings."""
         text, page = self.page("trade")
         for title in (
-            "Managers",
-            "Sampling",
+            "All dials over all scenes",
+            "Trade of the paper's static assembly",
+            "Trade of a step of that",
             "What options cost",
-            "Dials of obstacles",
-            "Dials of motion",
             "Narrow phases",
             "Errors of contacts",
             "Narrow phases at the extremes",
         ):
             self.assertIn(f"## {title}\n", text)
-        self.assertEqual(page.count("<img "), 7)
-        self.edit("frames_helix", lambda run: "/super_thread/" not in run["run_name"])
-        text, page = self.page_of_folder("trade")
-        self.assertNotIn("super thread |", text.split("## Sampling")[0])
-        self.assertEqual(page.count("<img "), 7)
+        self.assertEqual(page.count("<img "), 1)
+
+    def test_a_trade_tells_what_each_setting_costs_and_misses(self):
+        """If this failed, a setting would seem to miss less than it does, or to take less."""
+        self.take("trade", "trade_static", "trade_dynamic-step")
+
+        def change(run):
+            name = run["run_name"]
+            run.update(contacts=200.0, judged=50.0, missed=0.0, front=0.0, times_default=1.0)
+            run.update({"false": 0.0, "reported": 50.0, "bytes": 4e4, "depth": 1e-16})
+            if name.endswith("every 8th point, e of 12 radii"):
+                run.update(missed=30.0, times_default=0.5, real_time=2e-3, front=1.0, depth=0.25)
+            elif "margin: 0.1 radii" in name:
+                run["false"] = 10.0
+            elif "super thread" in name:
+                run["ended"] = 1.0
+            elif "neighbours: 2 segments" in name:
+                run["times_default"] = 1.2
+            elif "FCL's tree: tight boxes, closed form" in name:
+                run["bytes"] = 0.0
+
+        self.edit("trade_static", change, segments=400, judged_pieces=10, pieces=40)
+        text = self.made("trade")
+        dials, static = text.split("## Trade of the paper's static assembly")
+        static = static.split("##")[0]
+        self.assertIn(
+            "400 segments, 2,291 contacts in a sample of 25 %; none of it missed:", static
+        )
+        found = self.row(static, "sampling: every 8th point, e of 12 radii *")
+        self.assertEqual(found[:6], ["2.00 ms", "0.50", "100", "15 %", "0 %", "0.25"])
+        self.assertEqual(self.row(static, "margin: 0.1 radii")[4], "20 %")
+        self.assertEqual(self.row(static, "tree: boxes, capsules, super thread")[0], "ended")
+        self.assertEqual(self.row(static, "FCL's tree: tight boxes, closed form")[2], "-")
+        self.assertIn("| neighbours: 2 segments ", static)
+        as_usual = static.split("As the first row: ")[1]
+        self.assertIn("neighbours: 5 segments", as_usual)
+        self.assertNotIn("2 segments", as_usual)
+        found = self.row(dials, "sampling: every 8th point  ")
+        self.assertEqual(found, ["0.50", "15 %", "0 %", "0.25", "0 of 1"])
+        self.assertEqual(self.row(dials, "threads: 2")[-1], "2 of 2")
+        self.assertEqual(self.row(dials, "neighbours: length of 19 segments")[-1], "1 of 1")
 
     def test_narrow_phases(self):
         """If this failed, a solver would look as exact or as fast as another one."""
@@ -640,29 +675,6 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(self.row(errors, "ours, float"), cells)
         self.assertEqual(self.row(errors, name + ", float"), 4 * ["-, -"])
         self.assertEqual(self.row(kinds, "grazing"), ["1,234, 5, -", "0, 5, 0.50"])
-
-    def test_dials_of_obstacles(self):
-        """If this failed, nobody would see what a margin adds, or what a coarse mesh misses."""
-        self.take("trade", "dials")
-        counts = {"touching": 200.0, "reported": 250.0, "missed": 10.0, "extra": 60.0}
-        self.put("dials", {"": {**counts, "error": 1.5, "real_time": 7.0, "time_unit": "ms"}})
-        text = self.made("trade")
-        cells = ["250", "5 %", "24 %", "7.00 ms"]
-        for name in ("margin of 2 radii", "roots of 0.6 cm"):
-            self.assertEqual(self.row(text, name), cells)
-        name = "mesh of 25,600 triangles, e of 1.5 radii"
-        self.assertEqual(self.row(text, name + " "), cells)
-        self.assertEqual(self.row(text, name + ", margin e"), cells)
-
-    def test_dials_of_motion(self):
-        """If this failed, nobody would see what is missed between two frames."""
-        self.take("trade", "dials_motion")
-        values = {"impacts": 200.0, "reported": 250.0, "missed": 10.0, "extra": 60.0}
-        values |= {"real_time": 7.0, "time_unit": "ms", "ended": 0.0}
-        self.put("dials_motion", {"": values, "Dials/motion/50/margin/2": {"ended": 1.0}})
-        text = self.made("trade")
-        self.assertEqual(self.row(text, "16 substeps"), 2 * ["5 %, 24 %, 7.00 ms"])
-        self.assertEqual(self.row(text, "margin of twice that"), ["5 %, 24 %, 7.00 ms", "-"])
 
     def test_python(self):
         """If this failed, docs/python.md would state other times or ratios than were measured."""
@@ -1047,12 +1059,6 @@ class ReportTest(unittest.TestCase):
         text = self.made("paper", "--picture", self.root / "picture.png")
         self.assertIn("| hair (tail.tfx): boxes, as published ", text)
         self.assertFalse((self.root / "picture.png").exists())
-        shutil.rmtree(self.folder)
-        self.take("trade", "frames_helix")
-        (self.folder / "frames_helix.json").rename(self.folder / "frames_hair.json")
-        self.edit("frames_hair", lambda run: True, scene="tail.tfx")
-        text, page = self.page_of_folder("trade")
-        self.assertIn("| hair (tail.tfx) 10 x 20 ", text)
 
     def test_documents_have_the_pictures_of_the_paper_replaced(self):
         """If this failed, docs/paper.md would keep a picture of another commit."""
@@ -1163,6 +1169,7 @@ class FlagsTest(unittest.TestCase):
             ("--card --hair=/dev/null", "--hair does not go with --card"),
             ("--card --targets", "only with --full or --python alone"),
             ("--threads --full", "--full does not go with .* or --threads, .*"),
+            ("--trade --hair=/dev/null", "--hair does not go with --trade"),
             ("--threads --hair=/dev/null", "--hair does not go with --threads"),
             ("--paper --again", "--again goes only with --card"),
             ("--paper --full --hair=/dev/null", "nor with --paper --hair"),

@@ -62,7 +62,8 @@ def rooms():
     allowed = {}
     for line in PAGE.read_text().splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) == 3 and re.fullmatch(r"`(src/(\w+|\*\.h)|tools|tools/trade|python/src)`", cells[0]):
+        named = r"`(src/(\w+|\*\.h)|tools(/trade)?|python/src)`"
+        if len(cells) == 3 and re.fullmatch(named, cells[0]):
             room = cells[0].strip("`")
             allowed[room] = {room} | set(re.findall(r"`([^`]+)`", cells[2]))
     return allowed

@@ -60,18 +60,18 @@ class Panel {
           "<text x=\"{0:.1f}\" y=\"{3:.0f}\" text-anchor=\"middle\">{4}</text>\n",
           x, kTop, kTop + kHeight, kTop + kHeight + 18, timeText(std::pow(10.0, power)));
     }
-    // The points of the front last, so that they lie on top.
-    for (const bool on_front : {false, true}) {
+    // The front first, so that its numbers have room; a point below another one still shows.
+    for (const bool on_front : {true, false}) {
       for (std::size_t i = 0; i < rows.size(); ++i) {
         const Row& row = rows[i];
         if (row.outcome.is_ended || row.is_on_front != on_front) continue;
+        if (i > 0 && showsNoDifference(row, rows.front())) continue;
+        const double x = xOf(row.outcome.seconds), y = yOf(share(row));
         svg_ += fmt::format(
-            "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"{2}\" fill=\"{3}\"><title>{4}: {5}, {6}"
-            "</title></circle><text x=\"{7:.1f}\" y=\"{8:.1f}\" font-size=\"9\">{9}</text>\n",
-            xOf(row.outcome.seconds), yOf(share(row)), on_front ? 5 : 3.5,
-            on_front ? "#c33" : "#69c", escaped(row.dial), escaped(row.value),
-            timeText(row.outcome.seconds), xOf(row.outcome.seconds) + 5, yOf(share(row)) - 4,
-            i + 1);
+            "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\"><title>{}: {}, {}</title>"
+            "</circle>{}\n",
+            x, y, on_front ? 5 : 3.5, on_front ? "#c33" : "#69c", escaped(row.dial),
+            escaped(row.value), timeText(row.outcome.seconds), numberAt(x, y, i + 1));
       }
     }
   }
@@ -90,8 +90,24 @@ class Panel {
     return kTop + kHeight - 12 - (kHeight - 24) * steps / 5;
   }
 
+  /// Beside a point, where no other number is; or nothing, as pointing at it tells what it is.
+  std::string numberAt(double x, double y, std::size_t number) {
+    for (const double up : {4.0, -13.0, 15.0, -24.0, 26.0}) {
+      const Point at = {x + 6, y - up, 0};
+      const bool is_free = std::none_of(numbers_.begin(), numbers_.end(), [&](const Point& p) {
+        return std::abs(p[0] - at[0]) < 15 && std::abs(p[1] - at[1]) < 10;
+      });
+      if (!is_free || at[1] < kTop + 8 || at[1] > kTop + kHeight - 2) continue;
+      numbers_.push_back(at);
+      return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"10\">{}</text>", at[0], at[1],
+                         number);
+    }
+    return "";
+  }
+
   double left_, low_, high_;
   std::string svg_;
+  std::vector<Point> numbers_;  ///< where they are
 };
 
 }  // namespace
@@ -154,10 +170,11 @@ std::string frontPicture(const std::string& title, const std::vector<Row>& rows)
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const bool is_left = i < (rows.size() + 1) / 2;
     if (i == (rows.size() + 1) / 2) y = top;
-    legend +=
-        fmt::format("<text x=\"{}\" y=\"{:.0f}\"{}>{}  {}: {}{}</text>\n", is_left ? 70 : 500, y,
-                    rows[i].is_on_front ? " fill=\"#c33\"" : "", i + 1, escaped(rows[i].dial),
-                    escaped(rows[i].value), rows[i].outcome.is_ended ? " (ended)" : "");
+    const bool is_as_first = i > 0 && showsNoDifference(rows[i], rows.front());
+    const char* const note = rows[i].outcome.is_ended ? " (ended)" : is_as_first ? " (as 1)" : "";
+    legend += fmt::format("<text x=\"{}\" y=\"{:.0f}\"{}>{}  {}: {}{}</text>\n", is_left ? 70 : 500,
+                          y, rows[i].is_on_front ? " fill=\"#c33\"" : "", i + 1,
+                          escaped(rows[i].dial), escaped(rows[i].value), note);
     y += 16;
   }
   const double height = top + 16 * static_cast<double>((rows.size() + 1) / 2) + 10;
