@@ -188,6 +188,7 @@ case $scenes in
     ;;
   trade)
     measure costs costs
+    measure unused unused $helix=100
     files=$data/scenes
     mkdir -p "$files"
     /usr/bin/python3 -B docs/pictures/scenes.py "$files"

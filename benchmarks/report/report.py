@@ -48,7 +48,7 @@ DOCUMENTED = {
         *("motion", "live", "live-counts"),
     ),
     "trade": (
-        *("trade-dials", "trade", "costs", "skins"),
+        *("trade-dials", "trade", "costs", "unused", "skins"),
         *("narrow", "narrow-errors", "narrow-kinds"),
     ),
     "paper": (
@@ -177,7 +177,7 @@ def speed(kind, folder, with_targets=False):
 
 
 def trade_offs(folder):
-    wanted = files_of("trade", trade.SCENES) | {"costs": "costs"}
+    wanted = files_of("trade", trade.SCENES) | {"costs": "costs", "unused features": "unused"}
     wanted |= {"skins of pairs that live": "skins"}
     wanted |= {"narrow phases": "narrow", "narrow phases of paper-static": "narrow_paper-static"}
     report = Report("trade", "What accuracy costs", folder, wanted)
@@ -187,6 +187,7 @@ def trade_offs(folder):
         report.add(f"trade_{name}", trade.scene_table, name, parts.get(f"trade_{name}"))
     report.add("skins", live.skins, parts.get("skins"))
     report.add("costs", trade.costs, parts.get("costs"))
+    report.add("unused", trade.unused, parts.get("unused"))
     hair = parts.get("narrow")
     report.add("narrow", narrow.narrow, hair, parts.get("narrow_paper-static"))
     report.add("narrow", narrow.errors, hair)

@@ -6,7 +6,7 @@ import re
 import textwrap
 from dataclasses import dataclass
 
-from tables import Table, count, digits, percent, time
+from tables import Table, count, digits, percent, time, times_and_range
 
 SCENES = {  # by file, in the order of the document
     "static": "the paper's static assembly",
@@ -181,3 +181,17 @@ def costs(part):
     header += ["detection, ns per segment", "pairs"]
     caption = "Arrays are a FiberTree's, objects a manager's."
     return Table("costs", "What options cost", header, rows, caption)
+
+
+def unused(part):
+    rows = []
+    for name in part.names("Unused"):
+        runs = part.ratios("Unused", name, "with", "without")
+        with_it, without = part.medians("Unused", name, "bytes_with", "bytes_without")
+        rows.append([name.replace("/", ": ", 1), times_and_range(runs), count(with_it - without)])
+    header = ["feature that is there and not used", "time of a frame, times", "bytes more"]
+    caption = (
+        "A frame with the feature over one without it, which take turns. The bytes are of the whole "
+        "tree or manager."
+    )
+    return Table("unused", "What is not used", header, rows, caption)

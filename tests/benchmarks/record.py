@@ -47,6 +47,7 @@ RECORDED = {
     "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/"],
     "trade/trade_static": ["trade", "paper-static:fibers=20,segments=20,radius=0.05"],
     "trade/trade_dynamic-step": ["trade", "helix:fibers=20", "--end=helix:fibers=20,frame=3"],
+    "trade/unused": ["unused", HELIX, "--benchmark_filter=cylinder|groups"],
     "trade/skins": ["live-skins", HELIX, "--steps=5", "--benchmark_filter=/(0|0.5|chosen)/"],
     "trade/narrow": [
         "narrow",
