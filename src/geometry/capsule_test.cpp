@@ -10,7 +10,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
 
-constexpr float kEps = 0x1p-24f;
+constexpr float kEps = 0x1p-23f;
 
 /// The squared distance of two points of the axes, f(s, t) = |w + s u - t v|^2, is convex over the
 /// unit square. So f at any point is an upper bound of its minimum, and f minus the fall of the
@@ -37,10 +37,10 @@ FCL_FIBERS_ALWAYS_INLINE DistanceLanes distanceLanes(const CapsulePairs& pairs,
   const Float distance = squareRoot(dot(r, r));
   const Float gap = all(2) * (fall(dot(u, r), s) + fall(all(0) - dot(v, r), t));
 
-  // With e = 2^-24, let m = |w| + |u| + |v|, which is at most sqrt(3 (|w|^2 + |u|^2 + |v|^2)). The
-  // vector r carries an error of 4 e m, including a conversion to float. Its length carries another
-  // 4 e of itself, and a slope 4 e m |u| + 6 e |u| |r|. Each bound below is wider by at least a
-  // fifth, which covers its own rounding.
+  // With e = 2^-23, which bounds a rounding in any direction, let m = |w| + |u| + |v|, which is at
+  // most sqrt(3 (|w|^2 + |u|^2 + |v|^2)). The vector r carries an error of 4 e m, including a
+  // conversion to float. Its length carries another 4 e of itself, and a slope 4 e m |u| + 6 e |u|
+  // |r|. Each bound below is wider by at least a fifth, which covers its own rounding.
   const Float squares = dot(w, w) + dot(u, u) + dot(v, v);
   const Float m = squareRoot(all(3) * squares);
   const Float r_error = all(5 * kEps) * m;

@@ -133,14 +133,14 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const TrianglePairs& pairs,
   const Float reach = max(bounds.radius + Float::load(pairs.margin().data() + i), all(0));
   const Float error = Float::load(pairs.error().data() + i);
 
-  // With e = 2^-24, let m = |w| + |u| + |v1| + |v2|, which is at most twice the root of the sum of
-  // the squares. The vector r carries an error of 6 e m: of the conversion to float, of products
-  // and sums, and of a point that is beyond the edge by rounding. Its length carries another 4 e of
-  // itself. A slope carries r's error and 5 e |r|, each times the length of its vector. The gap is
-  // a sum of slopes whose vectors have lengths of at most 4 m together, which makes 24 e m^2 and 20
-  // e m |r|. Its own products and sums add 20 e m |r|. Each bound below is wider by at least a
-  // fifth, which covers its own rounding.
-  constexpr float kEps = 0x1p-24f;
+  // With e = 2^-23, which bounds a rounding in any direction, let m = |w| + |u| + |v1| + |v2|,
+  // which is at most twice the root of the sum of the squares. The vector r carries an error of 6 e
+  // m: of the conversion to float, of products and sums, and of a point that is beyond the edge by
+  // rounding. Its length carries another 4 e of itself. A slope carries r's error and 5 e |r|, each
+  // times the length of its vector. The gap is a sum of slopes whose vectors have lengths of at
+  // most 4 m together, which makes 24 e m^2 and 20 e m |r|. Its own products and sums add 20 e m
+  // |r|. Each bound below is wider by at least a fifth, which covers its own rounding.
+  constexpr float kEps = 0x1p-23f;
   const Float m = all(2) * squareRoot(bounds.squares);
   const Float r_error = all(8 * kEps) * m;
   const Float distance = squareRoot(bounds.squared);

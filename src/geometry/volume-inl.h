@@ -79,7 +79,8 @@ FCL_FIBERS_ALWAYS_INLINE void addShare(const Lanes<N>& start, const Lanes<N>& en
   const Row zero = Row::all(0);
   const Row low = min(start, end), high = max(start, end);
   const Row share = quotient(zero - low, high - low) * Row::all(1 - 0x1p-21f);
-  const auto at_start = start <= end, some_time = zero <= share;
+  // The share is infinite where a difference of 0 is -0, as in a program that rounds down.
+  const auto at_start = start <= end, some_time = share <= Row::all(1);
   waits = max(waits, choose(at_start & some_time, share, zero));
   parts = max(parts, choose(at_start, zero, choose(some_time, share, zero)));
 }
@@ -142,7 +143,7 @@ namespace internal {
 
 /// A lower bound of the length of a vector with these components. They are clamped to numbers that
 /// can be squared, the smallest normal float covers the losses of squares below it, and the last
-/// factor covers four roundings.
+/// factor covers five roundings, in whatever direction.
 template <int N>
 FCL_FIBERS_ALWAYS_INLINE Lanes<N> lengthLowerBound(const Lanes<N>& x, const Lanes<N>& y,
                                                    const Lanes<N>& z) {
@@ -153,7 +154,7 @@ FCL_FIBERS_ALWAYS_INLINE Lanes<N> lengthLowerBound(const Lanes<N>& x, const Lane
   const Lanes<N> sum = squared(x) + squared(y) + squared(z);
   constexpr float kLeast = std::numeric_limits<float>::min();
   return squareRoot(max(sum - Lanes<N>::all(kLeast), Lanes<N>::all(0))) *
-         Lanes<N>::all(1 - 0x1p-21f);
+         Lanes<N>::all(1 - 0x1p-20f);
 }
 
 }  // namespace internal

@@ -2,6 +2,7 @@
 #include "numerics/extreme_rows.h"
 
 #include <algorithm>
+#include <cfenv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -11,7 +12,7 @@
 #include <utility>
 
 #include "numerics/specimen.h"
-#include "support/flush_to_zero.h"
+#include "support/float_environment.h"
 #include "support/random.h"
 
 namespace fcl_fibers::test {
@@ -71,6 +72,21 @@ Assembly<S> lattice(double unit, std::uint64_t seed, const Point& origin = {0, 0
   return fibers;
 }
 
+/// The fibers of several assemblies.
+template <typename S>
+Assembly<S> together(const std::vector<Assembly<S>>& parts) {
+  Assembly<S> all;
+  for (const Assembly<S>& part : parts) {
+    const std::size_t first = all.pointCount();
+    all.points.insert(all.points.end(), part.points.begin(), part.points.end());
+    all.radii.insert(all.radii.end(), part.radii.begin(), part.radii.end());
+    for (std::size_t f = 1; f <= part.fiberCount(); ++f) {
+      all.point_begin.push_back(first + part.point_begin[f]);
+    }
+  }
+  return all;
+}
+
 template <typename S>
 S neighbor(S x, int ulps) {
   for (; ulps > 0; --ulps) x = std::nextafter(x, std::numeric_limits<S>::infinity());
@@ -125,6 +141,56 @@ Assembly<S> crossings() {
       fibers.addCapsule({-1, -tilt / 2, z}, {1, tilt / 2, z}, radius);
       fibers.addCapsule({-1, tilt / 2, z + gap}, {1, -tilt / 2, z + gap}, radius);
     }
+  }
+  return fibers;
+}
+
+/// Radii, lengths and ways from the origin from 1e-12 to 1, each of any magnitude.
+template <typename S>
+Assembly<S> overDecades(std::uint64_t seed) {
+  Random random(seed);
+  Assembly<S> fibers;
+  const auto magnitude = [&] { return std::pow(10.0, -random.between(0, 12)); };
+  for (int i = 0; i < 300; ++i) {
+    const Point a = magnitude() * toPoint(random.direction());
+    const double length = magnitude();
+    fibers.addCapsule(a, a + length * toPoint(random.direction()), 0.1 * magnitude());
+  }
+  return fibers;
+}
+
+/// Stacks along y, in which each segment is 1 from the next and 2 from the one after that, up to a
+/// part of 1e-12. One radius is 1 and the next one tiny, so all these pairs are as near to contact.
+/// Small numbers along z move them apart by so little, also in float.
+template <typename S>
+Assembly<S> stacksAtContact(std::uint64_t seed) {
+  Random random(seed);
+  Assembly<S> fibers;
+  for (int stack = 0; stack < 6; ++stack) {
+    for (int i = 0; i < 20; ++i) {
+      const bool is_thin = i % 2 == 1;
+      const Point a = {16.0 * stack, double(i), 1e-6 * random.between(-1, 1)};
+      const Point ways[] = {{0, 0, 0}, {4, 0, 0}, {is_thin ? -4.0 : 4.0, 0, 0}};
+      fibers.addCapsule(a, a + ways[stack % 3], is_thin ? 1e-12 * random.unit() : 1);
+    }
+  }
+  return fibers;
+}
+
+/// Each has a point of its own numbers, or the middle of a segment, where all the others have it.
+template <typename S>
+Assembly<S> throughOnePoint(std::uint64_t seed) {
+  Random random(seed);
+  Assembly<S> fibers;
+  const Point center = {3, -5, 7};
+  for (int f = 0; f < 60; ++f) {
+    Point way;
+    for (double& x : way) x = static_cast<double>(random.below(33)) - 16;
+    const double radius = f % 4 < 2 ? 0 : 0x1p-8;
+    std::vector<Point> points = {center + -3 * way, center + -1 * way, center + way,
+                                 center + 3 * way};
+    if (f % 2 == 1) points.insert(points.begin() + 2, center);
+    fibers.addFiber(points, radius);
   }
   return fibers;
 }
@@ -219,17 +285,15 @@ Assembly<S> nested() {
   return fibers;
 }
 
-}  // namespace
-
 template <typename S>
-std::vector<ExtremeRow<S>> extremeRows() {
+std::vector<ExtremeRow<S>> makeRows() {
   constexpr bool kDouble = std::is_same_v<S, double>;
   constexpr double kLeast = static_cast<double>(std::numeric_limits<S>::denorm_min());
   constexpr double kMost = static_cast<double>(std::numeric_limits<S>::max());
   constexpr double kHair = 1e-5;
   std::vector<ExtremeRow<S>> rows;
   const auto add = [&](std::string name, std::string what, Assembly<S> fibers, double margin = 0) {
-    rows.push_back({std::move(name), std::move(what), std::move(fibers), margin, false});
+    rows.push_back({std::move(name), std::move(what), std::move(fibers), margin});
   };
 
   add("OffsetNone", "a lock of hair of radius 1e-5 about the origin",
@@ -238,14 +302,12 @@ std::vector<ExtremeRow<S>> extremeRows() {
     const double far = std::pow(10.0, exponent);
     const std::string name = "1e" + std::to_string(exponent);
     const Point origin = {far, -far, far / 2};
-    Assembly<S> fibers = lock<S>(origin, 1, kHair, 1);
     // What the lock has collapsed to beside hair of a size that S still resolves there.
     const double ulp = static_cast<double>(neighbor(static_cast<S>(far), 1)) - far;
-    for (const auto& capsule : lattice<S>(std::max(kHair, 4 * ulp), 20, origin).capsules()) {
-      fibers.addCapsule(capsule.a, capsule.b, kHair);
-    }
+    Assembly<S> beside = lattice<S>(std::max(kHair, 4 * ulp), 20, origin);
+    std::fill(beside.radii.begin(), beside.radii.end(), S(kHair));
     add("Offset" + name, name + " from the origin, beside hair of a size that is resolved there",
-        fibers);
+        together<S>({lock<S>(origin, 1, kHair, 1), beside}));
   }
   for (const int third : {-3, -2, -1, 1, 2, 3}) {
     const std::string single = std::to_string(10 * third), both = std::to_string(50 * third);
@@ -254,10 +316,7 @@ std::vector<ExtremeRow<S>> extremeRows() {
         lock<S>({0, 0, 0}, std::pow(10.0, third * (kDouble ? 50 : 10)), 1e-2, 2));
   }
 
-  Assembly<S> points = soup<S>(200, 0, 0.05, 1, 3);
-  for (const auto& capsule : soup<S>(100, 0.3, 0.05, 1, 4).capsules()) {
-    points.addCapsule(capsule.a, capsule.b, capsule.radius);
-  }
+  Assembly<S> points = together<S>({soup<S>(200, 0, 0.05, 1, 3), soup<S>(100, 0.3, 0.05, 1, 4)});
   add("ZeroLength", "segments of length zero among others", points);
   std::fill(points.radii.begin(), points.radii.end(), S(0));
   for (int i = 0; i < 100; ++i) {
@@ -270,27 +329,23 @@ std::vector<ExtremeRow<S>> extremeRows() {
   add("RadiusFarLarger", "radius 1e12 times the length", soup<S>(300, 1e-12, 1, 10, 6));
   add("RadiusFarSmaller", "radius 1e-12 of the length", lattice<S>(1, 8));
   std::fill(rows.back().fibers.radii.begin(), rows.back().fibers.radii.end(), S(1e-12));
-  Assembly<S> mixed = soup<S>(150, 1e-12, 1e-13, 1e-11, 9);
-  for (const auto& capsule : soup<S>(50, 1, 0.01, 1, 10).capsules()) {
-    mixed.addCapsule(capsule.a, capsule.b, capsule.radius);
-  }
-  add("SizesFarApart", "segments 1e-12 as long as others", mixed);
+  add("SizesFarApart", "segments 1e-12 as long as others",
+      together<S>({soup<S>(150, 1e-12, 1e-13, 1e-11, 9), soup<S>(50, 1, 0.01, 1, 10)}));
+  add("SizesOver12Decades", "radii and lengths from 1e-12 to 1, each by itself",
+      overDecades<S>(21));
 
   for (const bool flush : {false, true}) {
     const std::string name = flush ? "FlushedToZero" : "";
     const std::string what = flush ? ", subnormals flushed to zero" : "";
-    Assembly<S> beside = lattice<S>(kLeast, 12);
-    for (const auto& capsule : soup<S>(50, 1, 0.1, 1, 13).capsules()) {
-      beside.addCapsule(capsule.a, capsule.b, capsule.radius);
-    }
     add("Subnormal" + name, "all numbers subnormal" + what, lattice<S>(kLeast, 11));
-    rows.back().flush_to_zero = flush;
-    add("SubnormalBesideNormal" + name, "subnormal capsules beside normal ones" + what, beside);
-    rows.back().flush_to_zero = flush;
+    rows.back().environment.flushes_to_zero = flush;
+    add("SubnormalBesideNormal" + name, "subnormal capsules beside normal ones" + what,
+        together<S>({lattice<S>(kLeast, 12), soup<S>(50, 1, 0.1, 1, 13)}));
+    rows.back().environment.flushes_to_zero = flush;
   }
   add("NormalFlushedToZero", "a lock of hair, subnormals flushed to zero",
       lock<S>({0, 0, 0}, 1, 1e-2, 2));
-  rows.back().flush_to_zero = true;
+  rows.back().environment.flushes_to_zero = true;
   add("NearOverflow", "coordinates up to 1/25 of the largest number",
       soup<S>(300, kMost / 64, kMost / 128, kMost / 16, 14));
   add("MarginNearOverflow", "a margin of half the largest double", lattice<S>(1, 15),
@@ -300,6 +355,8 @@ std::vector<ExtremeRow<S>> extremeRows() {
   add("Contact", "distance exactly that of contact", contact<S>(0));
   add("ContactLess1Ulp", "one ulp less", contact<S>(-1));
   add("ContactPlus1Ulp", "one ulp more", contact<S>(1));
+  add("ContactWithin1e12", "stacks of segments within 1e-12 of contact, on either side",
+      stacksAtContact<S>(22));
   add("ContactOnLattice", "whole coordinates and radii", lattice<S>(1, 16));
   add("Crossings", "crossing at angles of 1 to 1e-12, and above each other", crossings<S>());
   add("Parallel", "parallel to the last bit", alongOneDirection<S>({3, -2, 1}, 1, 1, 0.5, 17));
@@ -307,6 +364,8 @@ std::vector<ExtremeRow<S>> extremeRows() {
       alongOneDirection<S>({3, -2, 1}, -1, 1, 0.5, 18));
   add("Collinear", "on one line, without thickness",
       alongOneDirection<S>({3, -2, 1}, -1, 0, 0, 19));
+  add("ThroughOnePoint", "all through one point, half of them without thickness",
+      throughOnePoint<S>(23));
   add("Identical", "identical except for their sense and radius", identical<S>());
   add("Nested", "each within the next, on one line", nested<S>());
   add("BallsCospherical", "centres on one sphere", cosphericalBalls<S>());
@@ -315,10 +374,21 @@ std::vector<ExtremeRow<S>> extremeRows() {
   add("BallsCoincident", "one ball many times", coincidentBalls<S>(false));
   add("BallsNested", "one centre, each ball half as large as the last", coincidentBalls<S>(true));
   add("BallsInternallyTangent", "tangent to a large ball from inside", internallyTangentBalls<S>());
+
+  const std::pair<const char*, int> modes[] = {
+      {"Up", FE_UPWARD}, {"Down", FE_DOWNWARD}, {"ToZero", FE_TOWARDZERO}};
+  for (const auto& [mode, rounding] : modes) {
+    add(std::string("Rounded") + mode,
+        "hair, contact to the last bit and crossings, rounded " +
+            std::string(rounding == FE_UPWARD     ? "up"
+                        : rounding == FE_DOWNWARD ? "down"
+                                                  : "to zero"),
+        together<S>({lock<S>({9, 9, 9}, 1, 1e-2, 2), contact<S>(-1), contact<S>(0), contact<S>(1),
+                     stacksAtContact<S>(24), crossings<S>()}));
+    rows.back().environment.rounding = rounding;
+  }
   return rows;
 }
-
-namespace {
 
 using Volumes = FiberTreeOptions::Volumes;
 
@@ -342,7 +412,7 @@ std::vector<std::string> columns(const ExtremeRow<S>& row) {
     if (options.report == Report::kCapsules && options.volumes != Volumes::kLayeredBoxes) continue;
     std::vector<NumberPair> pairs;
     {
-      const ScopedFlushToZero flush(row.flush_to_zero);
+      const ScopedFloatEnvironment scoped(row.environment);
       pairs = specimen.pairs(options);
     }
     const Findings findings = examine(specimen.truth(), touching, options, pairs);
@@ -353,12 +423,18 @@ std::vector<std::string> columns(const ExtremeRow<S>& row) {
 
 }  // namespace
 
+template <typename S>
+const std::vector<ExtremeRow<S>>& extremeRows() {
+  static const std::vector<ExtremeRow<S>> rows = makeRows<S>();
+  return rows;
+}
+
 std::string rowsTable() {
   std::string table =
       "| row | | segments | touching | capsules: false % | boxes: false % | spheres: false % |\n"
       "|---|---|--:|--:|--:|--:|--:|\n";
-  const auto singles = extremeRows<float>();
-  const auto doubles = extremeRows<double>();
+  const auto& singles = extremeRows<float>();
+  const auto& doubles = extremeRows<double>();
   for (std::size_t i = 0; i < doubles.size(); ++i) {
     const auto single = columns(singles[i]), both = columns(doubles[i]);
     table += "| " + doubles[i].name + " | " + doubles[i].what + " |";
@@ -370,7 +446,7 @@ std::string rowsTable() {
   return table;
 }
 
-template std::vector<ExtremeRow<float>> extremeRows<float>();
-template std::vector<ExtremeRow<double>> extremeRows<double>();
+template const std::vector<ExtremeRow<float>>& extremeRows<float>();
+template const std::vector<ExtremeRow<double>>& extremeRows<double>();
 
 }  // namespace fcl_fibers::test

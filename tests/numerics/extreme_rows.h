@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "support/assembly.h"
+#include "support/float_environment.h"
 
 namespace fcl_fibers::test {
 
@@ -15,15 +16,15 @@ struct ExtremeRow {
   std::string what;
   Assembly<S> fibers;
   double margin = 0;
-  bool flush_to_zero = false;  ///< subnormals are flushed and taken for zero while it is answered
+  FloatEnvironment environment = {};  ///< of the thread that asks, while it is answered
 };
 
-/// The same rows for float and double, except for the numbers that S holds.
+/// The same rows for float and double, except for the numbers that S holds. They are made once.
 template <typename S>
-std::vector<ExtremeRow<S>> extremeRows();
+const std::vector<ExtremeRow<S>>& extremeRows();
 
-extern template std::vector<ExtremeRow<float>> extremeRows<float>();
-extern template std::vector<ExtremeRow<double>> extremeRows<double>();
+extern template const std::vector<ExtremeRow<float>>& extremeRows<float>();
+extern template const std::vector<ExtremeRow<double>>& extremeRows<double>();
 
 /// The table of docs/numerics.md.
 std::string rowsTable();

@@ -16,18 +16,11 @@
 
 #include "numerics/extreme_rows.h"
 #include "numerics/specimen.h"
-#include "support/flush_to_zero.h"
+#include "support/float_environment.h"
 #include "support/scalars.h"
 
 namespace fcl_fibers::test {
 namespace {
-
-/// Made once, as every test's name asks for them.
-template <typename S>
-const std::vector<ExtremeRow<S>>& rows() {
-  static const std::vector<ExtremeRow<S>> rows = extremeRows<S>();
-  return rows;
-}
 
 /// The number of a row.
 class ExtremeTest : public testing::TestWithParam<std::size_t> {};
@@ -47,7 +40,7 @@ class Expectation {
       : truth_(truth),
         touching_(std::move(touching)),
         // Scenes that vanish altogether have nothing to tell their parts by.
-        vanishes_(row.flush_to_zero && hasSubnormals(row.fibers)) {}
+        vanishes_(row.environment.flushes_to_zero && hasSubnormals(row.fibers)) {}
 
   void check(const FiberTreeOptions& options, std::vector<NumberPair> pairs,
              const std::string& query) const {
@@ -68,7 +61,7 @@ class Expectation {
 
 template <typename S>
 void expectRight(const ExtremeRow<S>& row) {
-  if (row.flush_to_zero && !ScopedFlushToZero::kIsPossible) {
+  if (!row.environment.isPossible()) {
     GTEST_SKIP() << "no SSE2, which flushes subnormals to zero";
   }
   for (const Form form : {Form::kArrays, Form::kObjects}) {
@@ -78,7 +71,7 @@ void expectRight(const ExtremeRow<S>& row) {
     for (const FiberTreeOptions& options : allKinds(row.margin)) {
       std::vector<NumberPair> pairs;
       {
-        const ScopedFlushToZero flush(row.flush_to_zero);
+        const ScopedFloatEnvironment scoped(row.environment);
         pairs = specimen.pairs(options);
       }
       EXPECT_TRUE(options.report == Report::kCapsules || !pairs.empty()) << "the row shows nothing";
@@ -88,8 +81,8 @@ void expectRight(const ExtremeRow<S>& row) {
 }
 
 // Touching capsules would be missed, or others reported that the report's promise rules out.
-TEST_P(ExtremeTest, Float) { expectRight(rows<float>()[GetParam()]); }
-TEST_P(ExtremeTest, Double) { expectRight(rows<double>()[GetParam()]); }
+TEST_P(ExtremeTest, Float) { expectRight(extremeRows<float>()[GetParam()]); }
+TEST_P(ExtremeTest, Double) { expectRight(extremeRows<double>()[GetParam()]); }
 
 /// That each of `all` is called once, and nothing else. The last of `all` has the largest numbers.
 void expectEach(const std::vector<NumberPair>& pairs, const std::vector<NumberPair>& all,
@@ -129,7 +122,7 @@ void expectRightWhenGrown(const ExtremeRow<S>& row) {
       const bool asks_distances = history == History::kLate && asksForDistances(options);
       std::vector<NumberPair> pairs, calls;
       {
-        const ScopedFlushToZero flush(row.flush_to_zero);
+        const ScopedFloatEnvironment scoped(row.environment);
         pairs = specimen.pairs(options, history);
         if (asks_distances) calls = specimen.pairs(options, history, Query::kDistance);
       }
@@ -172,11 +165,14 @@ void expectRightOfHalves(const ExtremeRow<S>& row) {
     ASSERT_FALSE(all.empty());
     const Expectation<S> expected(row, truth, std::move(touching));
     for (const FiberTreeOptions& options : allKinds(row.margin)) {
+      // The margin of the one that is asked counts, which here is the smaller one.
+      FiberTreeOptions other = options;
+      other.margin = 1.5 * row.margin + row.fibers.radii.front();
       const auto ask = [&](Partner partner, Query query) {
         std::vector<NumberPair> pairs;
         {
-          const ScopedFlushToZero flush(row.flush_to_zero);
-          pairs = first.pairsWith(second, options, options, partner, query);
+          const ScopedFloatEnvironment scoped(row.environment);
+          pairs = first.pairsWith(second, options, other, partner, query);
         }
         for (NumberPair& pair : pairs) pair.b += middle;
         return pairs;
@@ -195,7 +191,7 @@ void expectRightOfHalves(const ExtremeRow<S>& row) {
 
 template <typename S>
 void expectRightByOtherQueries(const ExtremeRow<S>& row) {
-  if (row.flush_to_zero && !ScopedFlushToZero::kIsPossible) {
+  if (!row.environment.isPossible()) {
     GTEST_SKIP() << "no SSE2, which flushes subnormals to zero";
   }
   expectRightWhenGrown(row);
@@ -204,17 +200,22 @@ void expectRightByOtherQueries(const ExtremeRow<S>& row) {
 
 // What holds for the self-collision of a new tree would not hold for the objects of another manager
 // or of none, for those registered after a query, or for distances.
-TEST_P(ExtremeTest, FloatByOtherQueries) { expectRightByOtherQueries(rows<float>()[GetParam()]); }
-TEST_P(ExtremeTest, DoubleByOtherQueries) { expectRightByOtherQueries(rows<double>()[GetParam()]); }
+TEST_P(ExtremeTest, FloatByOtherQueries) {
+  expectRightByOtherQueries(extremeRows<float>()[GetParam()]);
+}
+TEST_P(ExtremeTest, DoubleByOtherQueries) {
+  expectRightByOtherQueries(extremeRows<double>()[GetParam()]);
+}
 
-INSTANTIATE_TEST_SUITE_P(Rows, ExtremeTest, testing::Range(std::size_t{0}, rows<double>().size()),
+INSTANTIATE_TEST_SUITE_P(Rows, ExtremeTest,
+                         testing::Range(std::size_t{0}, extremeRows<double>().size()),
                          [](const testing::TestParamInfo<std::size_t>& info) {
-                           return rows<double>()[info.param].name;
+                           return extremeRows<double>()[info.param].name;
                          });
 
 // The table that users read would be of another commit.
 TEST(ExtremeRows, AreThoseOfTheDocument) {
-  if (!ScopedFlushToZero::kIsPossible) {
+  if (!FloatEnvironment::kCanFlush) {
     GTEST_SKIP() << "no SSE2, which flushes subnormals to zero";
   }
   std::ifstream file(FCL_FIBERS_SOURCE_DIR "/docs/numerics.md");

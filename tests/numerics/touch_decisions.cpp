@@ -12,6 +12,7 @@
 #include "geometry/triangle_distance.h"
 #include "geometry/triangle_test.h"
 #include "numerics/impact_kinds.h"
+#include "support/float_environment.h"
 #include "support/impact_oracle.h"
 #include "support/random.h"
 #include "support/scoped_target.h"
@@ -62,7 +63,7 @@ int inFloat(const Segment& s, const Triangle& t, std::size_t corners, double rea
   return decided;
 }
 
-void decide(Random& random, std::size_t corners, TouchTally& tally) {
+void decide(Random& random, std::size_t corners, int rounding, TouchTally& tally) {
   const std::vector<ImpactKind>& kinds = allImpactKinds();
   GivenMotion rests =
       someMotion(random, kinds[tally.decisions % kinds.size()], corners, /*rests=*/true);
@@ -81,13 +82,18 @@ void decide(Random& random, std::size_t corners, TouchTally& tally) {
   const auto at = [](const std::array<double, 3>& p) -> Vec3d { return {p[0], p[1], p[2]}; };
   const Segment s{at(pair.axis[0]), at(pair.axis[1]), 0};
   const Triangle t{at(pair.corner[0]), at(pair.corner[1]), at(pair.corner[2])};
-  const bool answer = corners == 2 ? axesWithin(s, {t.a, t.b, 0}, reach) : axisWithin(s, t, reach);
+  const double unit = tally.decisions % 4 == 0 ? 1 : geometry::PairBlock::unitFor(size);
+  bool answer;
+  int in_float;
+  {
+    const ScopedFloatEnvironment scoped({rounding, false});
+    answer = corners == 2 ? axesWithin(s, {t.a, t.b, 0}, reach) : axisWithin(s, t, reach);
+    in_float = inFloat(s, t, corners, reach, unit);
+  }
   const auto judge = [&](double slack) {
     const double least = std::numeric_limits<double>::denorm_min();
     return ImpactOracle::within(pair, corners, answer ? reach + slack * size + least : reach);
   };
-  const double unit = tally.decisions % 4 == 0 ? 1 : geometry::PairBlock::unitFor(size);
-  const int in_float = inFloat(s, t, corners, reach, unit);
   if (in_float != 0) {
     ++tally.in_float;
     // There is no tolerance: what float cannot decide has to be left open.
@@ -113,10 +119,11 @@ void decide(Random& random, std::size_t corners, TouchTally& tally) {
 
 }  // namespace
 
-TouchTally decideTouches(std::size_t corners, std::uint64_t decisions, std::uint64_t seed) {
+TouchTally decideTouches(std::size_t corners, std::uint64_t decisions, std::uint64_t seed,
+                         int rounding) {
   Random random(seed);
   TouchTally tally;
-  while (tally.decisions < decisions) decide(random, corners, tally);
+  while (tally.decisions < decisions) decide(random, corners, rounding, tally);
   return tally;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cfenv>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -29,6 +30,8 @@ struct TouchTally {
 /// kinds of impact_kinds.h at rest. Most are near contact; some triangles are needles; one pair in
 /// four is scaled by a power of two from 2^-1000 to 2^960.
 /// @param corners  2 for two capsules, 3 for a capsule and a triangle
-TouchTally decideTouches(std::size_t corners, std::uint64_t decisions, std::uint64_t seed);
+/// @param rounding  the mode of rounding in which they are asked, as in <cfenv>
+TouchTally decideTouches(std::size_t corners, std::uint64_t decisions, std::uint64_t seed,
+                         int rounding = FE_TONEAREST);
 
 }  // namespace fcl_fibers::test
