@@ -82,21 +82,12 @@ class NearestTriangle final : public tree::NearestVisitor {
   const double to_tree_;
 };
 
-/// The sign of the area that two points of a mesh span with the vertical line through p: 1 or -1,
-/// or 0 if both are on one vertical line.
-int sideOf(const Vec3d& p, const MeshPoint& a, const MeshPoint& b) {
-  const auto *const m = a.numbers, *const n = b.numbers;
-  const DoubleDouble area =
-      exactSum(m[0], -p.x) * exactSum(n[1], -p.y) - exactSum(m[1], -p.y) * exactSum(n[0], -p.x);
-  if (area.high != 0) return area.high > 0 ? 1 : -1;
-  if (m[1] != n[1]) return m[1] > n[1] ? 1 : -1;
-  return m[0] == n[0] ? 0 : n[0] > m[0] ? 1 : -1;
-}
-
-/// A vertical line through a point, against the triangles of a mesh.
+/// A vertical line through a point, against the triangles of a mesh. Differences are taken into the
+/// scale of the mesh's frame, or products of two and three of them would overflow or vanish.
 class VerticalLine {
  public:
-  VerticalLine(const MeshIndex& mesh, const Vec3d& point) : mesh_(mesh), point_(point) {}
+  VerticalLine(const MeshIndex& mesh, const Vec3d& point)
+      : mesh_(mesh), point_(point), scale_(mesh.frame().scale) {}
 
   /// Whether the part above the point crosses a triangle.
   bool crosses(TriangleId id) const {
@@ -106,7 +97,7 @@ class VerticalLine {
     for (int k = 0; k < 3; ++k) {
       // Both triangles at an edge must see it alike.
       const auto [low, high] = std::minmax(corners[k], corners[(k + 1) % 3]);
-      const int side = sideOf(point_, point(low), point(high));
+      const int side = sideOf(point(low), point(high));
       sides[k] = corners[k] == low ? side : -side;
       if (side == 0) return false;
     }
@@ -114,14 +105,34 @@ class VerticalLine {
   }
 
  private:
-  /// Whether a triangle that the vertical line through the point crosses is above the point.
+  /// The exact difference, scaled.
+  DoubleDouble difference(double to, double from) const {
+    const DoubleDouble exact = exactSum(to, -from);
+    return {scale_ * exact.high, scale_ * exact.low};
+  }
+
+  /// The sign of the area that two points of a mesh span with the line: 1 or -1, or 0 if both are
+  /// on one vertical line.
+  int sideOf(const MeshPoint& a, const MeshPoint& b) const {
+    const auto *const m = a.numbers, *const n = b.numbers;
+    const DoubleDouble area = difference(m[0], point_.x) * difference(n[1], point_.y) -
+                              difference(m[1], point_.y) * difference(n[0], point_.x);
+    if (area.high != 0) return area.high > 0 ? 1 : -1;
+    if (m[1] != n[1]) return m[1] > n[1] ? 1 : -1;
+    return m[0] == n[0] ? 0 : n[0] > m[0] ? 1 : -1;
+  }
+
+  /// Whether a triangle that the line crosses is above the point.
   bool isAbove(TriangleId id, int side) const {
     const geometry::Triangle t = mesh_.triangle(id);
-    const auto from = [](const Vec3d& p, const Vec3d& q) {
-      return geometry::Vec3<DoubleDouble>{exactSum(q.x, -p.x), exactSum(q.y, -p.y),
-                                          exactSum(q.z, -p.z)};
+    // The point may be so far out that a scaled difference overflows.
+    if (point_.z < std::min({t.a.z, t.b.z, t.c.z})) return true;
+    if (point_.z > std::max({t.a.z, t.b.z, t.c.z})) return false;
+    const auto toPoint = [this](const Vec3d& q) {
+      return geometry::Vec3<DoubleDouble>{difference(q.x, point_.x), difference(q.y, point_.y),
+                                          difference(q.z, point_.z)};
     };
-    const auto volume = dot(from(point_, t.a), cross(from(point_, t.b), from(point_, t.c)));
+    const auto volume = dot(toPoint(t.a), cross(toPoint(t.b), toPoint(t.c)));
     return (volume.high > 0) == (side > 0);
   }
 
@@ -131,6 +142,7 @@ class VerticalLine {
 
   const MeshIndex& mesh_;
   const Vec3d point_;
+  const double scale_;
 };
 
 bool rests(const PlacedMesh& start, const PlacedMesh& end) {
