@@ -404,6 +404,21 @@ fast_math() {
   g++ -std=c++17 -ffast-math tests/consumer/contacts.cpp -o "$work/fast_math/contacts" \
     $(pkg-config --cflags --libs fcl_fibers_tree)
   LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/fast_math/contacts"
+
+  # The answers do not depend on the program's flags, nor on what its machine can do.
+  local fast=(-O3 -ffast-math) way
+  [[ $(uname -m) == x86_64 ]] && grep -qw avx2 /proc/cpuinfo && fast+=(-mavx2 -mfma)
+  for way in plain fast; do
+    local flags=(-O0)
+    [[ $way == fast ]] && flags=("${fast[@]}")
+    # shellcheck disable=SC2046
+    g++ -std=c++17 "${flags[@]}" tests/consumer/answers.cpp -o "$work/fast_math/$way" \
+      $(pkg-config --cflags --libs fcl_fibers_tree)
+    LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/fast_math/$way" \
+      >"$work/fast_math/$way.txt"
+  done
+  [[ $(wc -l <"$work/fast_math/plain.txt") -gt 1000 ]] || fail "the answers are too few"
+  cmp "$work/fast_math/"{plain,fast}.txt || fail "${fast[*]} in a program changes the answers"
 }
 
 # The library itself laid out as by -march=native on a machine with AVX-512, without its
