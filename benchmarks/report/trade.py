@@ -191,7 +191,7 @@ def unused(part):
         rows.append([name.replace("/", ": ", 1), times_and_range(runs), count(with_it - without)])
     header = ["feature that is there and not used", "time of a frame, times", "bytes more"]
     caption = (
-        "A frame with the feature over one without it, which take turns. The bytes are of the whole "
-        "tree or manager."
+        "A frame with the feature over one without it, which take turns. The bytes are of the "
+        "whole tree or manager."
     )
     return Table("unused", "What is not used", header, rows, caption)

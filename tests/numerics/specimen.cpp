@@ -206,6 +206,11 @@ template <typename S>
 Specimen<S>::~Specimen() = default;
 
 template <typename S>
+std::vector<fcl::CollisionObject<S>*> Specimen<S>::objects() const {
+  return objects_->scene.objects();
+}
+
+template <typename S>
 std::int32_t Specimen<S>::numberOf(std::int32_t point) const {
   return number_of_point_[static_cast<std::size_t>(point)];
 }

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <fcl/narrowphase/collision_object.h>
+
 #include <fcl_fibers/fiber_tree.h>
 
 #include "support/assembly.h"
@@ -49,6 +51,9 @@ class Specimen {
 
   /// The capsules as the library is given them: those of objects have the rounding of their poses.
   const TouchOracle& truth() const { return truth_; }
+
+  /// FCL's objects, of Form::kObjects, as they are numbered; for other managers.
+  std::vector<fcl::CollisionObject<S>*> objects() const;
 
   /// Self-collision of a tree of its own, in the order of the report.
   std::vector<NumberPair> pairs(const FiberTreeOptions& options, History history = History::kNew,

@@ -385,6 +385,22 @@ TEST(Settings, FindWhatTheyPromise) {
   EXPECT_GT(coarse_missed, 10u);
 }
 
+// Where thin fibers are beside thick ones, the default would leave out contacts of the thin ones.
+TEST(Settings, TheDefaultMissesNothingWhereRadiiDiffer) {
+  Scene scene = {tangle(30, 64, 0.02, 10), tangle(30, 64, 0.02, 11)};
+  for (std::size_t i = 0; i < scene.fibers.points.size(); ++i) {
+    scene.fibers.radii.push_back(i < scene.fibers.points.size() / 2 ? 0.1 : 0.05);
+  }
+  scene.before.radii = scene.fibers.radii;
+  const Verdict verdict = judge(scene, kAll, kSilent);
+  ASSERT_TRUE(verdict.has_pairs_along);
+  const Setting setting = settingsOf(scene, verdict).front();
+  const std::unique_ptr<Trial> trial = setting.make();
+  Deadline deadline(1e9);
+  trial->frame(deadline);
+  EXPECT_EQ(compare(scene, verdict, setting, trial->found()).missed, 0u);
+}
+
 Row row(double times, std::size_t missed, std::size_t wrong) {
   Outcome outcome;
   outcome.times = outcome.seconds = times;

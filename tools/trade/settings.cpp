@@ -559,9 +559,12 @@ bool Deadline::isOver(std::size_t found) {
 FiberTreeOptions defaultOptions(const Scene& scene, const Verdict& verdict) {
   FiberTreeOptions options;
   if (verdict.has_pairs_along) {
+    // Half a circle whose diameter is the sum of the least radii, so that no contact is left out.
+    // Pairs along thicker parts are reported then.
     double radius = scene.fibers.radius;
-    for (const double r : scene.fibers.radii) radius = std::max(radius, r);
-    // Half a circle whose diameter is the sum of two radii, rounded up.
+    if (!scene.fibers.radii.empty()) {
+      radius = *std::min_element(scene.fibers.radii.begin(), scene.fibers.radii.end());
+    }
     options.ignored_arc_length = 1.5707964 * 2 * radius;
   }
   return options;

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "numerics/scoreboard_peers.h"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <mutex>
+
+#include <fcl/geometry/shape/capsule.h>
+
+#include "benchmarks/contenders/closed_form.h"
+
+#ifdef FCL_FIBERS_WITH_EMBREE
+#include <embree3/rtcore.h>
+#endif
+#ifdef FCL_FIBERS_WITH_COAL
+#include <coal/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <coal/collision.h>
+#include <coal/shape/geometric_shapes.h>
+#include <coal/config.hh>
+#endif
+
+namespace fcl_fibers::test {
+namespace {
+
+#ifdef FCL_FIBERS_WITH_EMBREE
+struct FloatBox {
+  float low[3], high[3];
+};
+
+/// Around the box of an object that is tight, rounded outward.
+FloatBox boxOf(const Object& object) {
+  const benchmarks::CapsuleAxis<double> axis(object);
+  FloatBox box;
+  for (int k = 0; k < 3; ++k) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    const double extent = std::abs(axis.half[k]) + axis.radius;
+    const auto at = static_cast<std::size_t>(k);
+    box.low[at] = std::nextafter(static_cast<float>(axis.center[k] - extent), -kInfinity);
+    box.high[at] = std::nextafter(static_cast<float>(axis.center[k] + extent), kInfinity);
+  }
+  return box;
+}
+
+std::vector<NumberPair> embree(const Specimen<double>& specimen, double) {
+  struct Query {
+    std::vector<Object*> objects;
+    std::vector<FloatBox> boxes;
+    std::mutex mutex;
+    std::vector<NumberPair> found;
+  } query;
+  query.objects = specimen.objects();
+  for (const Object* object : query.objects) query.boxes.push_back(boxOf(*object));
+  RTCDevice device = rtcNewDevice("threads=1");
+  RTCScene scene = rtcNewScene(device);
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(query.boxes.size()));
+  rtcSetGeometryUserData(geometry, &query.boxes);
+  rtcSetGeometryBoundsFunction(
+      geometry,
+      [](const RTCBoundsFunctionArguments* asked) {
+        const FloatBox& box =
+            (*static_cast<const std::vector<FloatBox>*>(asked->geometryUserPtr))[asked->primID];
+        *asked->bounds_o = {box.low[0],  box.low[1],  box.low[2],  0,
+                            box.high[0], box.high[1], box.high[2], 0};
+      },
+      nullptr);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene, geometry);
+  rtcCommitScene(scene);
+  rtcCollide(
+      scene, scene,
+      [](void* data, RTCCollision* collisions, unsigned count) {
+        auto& asked = *static_cast<Query*>(data);
+        const std::lock_guard<std::mutex> lock(asked.mutex);
+        for (unsigned i = 0; i < count; ++i) {
+          // Embree visits both orders of a pair, and each box with itself.
+          const unsigned a = collisions[i].primID0, b = collisions[i].primID1;
+          if (a < b && benchmarks::capsulesTouch(*asked.objects[a], *asked.objects[b])) {
+            asked.found.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
+          }
+        }
+      },
+      &query);
+  rtcReleaseGeometry(geometry);
+  rtcReleaseScene(scene);
+  rtcReleaseDevice(device);
+  return std::move(query.found);
+}
+#endif
+
+#ifdef FCL_FIBERS_WITH_COAL
+std::vector<NumberPair> coalTree(const Specimen<double>& specimen, double) {
+  struct Callback : coal::CollisionCallBackBase {
+    std::map<const coal::CollisionObject*, std::int32_t> numbers;
+    std::vector<NumberPair> found;
+    bool collide(coal::CollisionObject* a, coal::CollisionObject* b) override {
+      coal::CollisionResult result;
+      if (coal::collide(a, b, coal::CollisionRequest(), result) > 0) {
+        found.push_back({numbers.at(a), numbers.at(b)});
+      }
+      return false;
+    }
+  } callback;
+  std::vector<std::unique_ptr<coal::CollisionObject>> objects;
+  coal::DynamicAABBTreeCollisionManager manager;
+  for (const Object* object : specimen.objects()) {
+    const auto& capsule = static_cast<const fcl::Capsuled&>(*object->collisionGeometry());
+    const coal::Transform3s pose(object->getRotation(), object->getTranslation());
+    objects.push_back(std::make_unique<coal::CollisionObject>(
+        std::make_shared<coal::Capsule>(capsule.radius, capsule.lz), pose));
+    callback.numbers.emplace(objects.back().get(), static_cast<std::int32_t>(objects.size()) - 1);
+    manager.registerObject(objects.back().get());
+  }
+  manager.setup();
+  manager.collide(&callback);
+  return std::move(callback.found);
+}
+#endif
+
+}  // namespace
+
+std::vector<
+    std::pair<std::string, std::function<std::vector<NumberPair>(const Specimen<double>&, double)>>>
+peers() {
+  return {
+#ifdef FCL_FIBERS_WITH_EMBREE
+      {"Embree, closed form", embree},
+#endif
+#ifdef FCL_FIBERS_WITH_COAL
+      {"coal", coalTree},
+#endif
+  };
+}
+
+std::vector<std::string> peerTexts() {
+  return {
+#ifdef FCL_FIBERS_WITH_EMBREE
+      "**Embree** " RTC_VERSION_STRING
+      ": `rtcCollide` over boxes in float, rounded outward, and the same closed form.",
+#else
+      "**Embree** was not found.",
+#endif
+#ifdef FCL_FIBERS_WITH_COAL
+      "**coal** " COAL_VERSION
+      ": `DynamicAABBTreeCollisionManager` and `coal::collide` with its defaults.",
+#else
+      "**coal** was not found.",
+#endif
+  };
+}
+
+}  // namespace fcl_fibers::test
