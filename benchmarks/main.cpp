@@ -96,8 +96,8 @@
 //                         radius: medians of both. "distance" is their mean, in radii
 //   Growth/<segments>     the tree over plain arrays at some sizes of one density, or of the one
 //                         scene that is named, per segment
-//   Unused/<what>         a frame of a tree or manager with a feature that the scene does not use, and
-//                         in turns one "without" it; and the bytes of both
+//   Unused/<what>         a frame of a tree or manager with a feature that the scene does not use,
+//                         and in turns one "without" it; and the bytes of both
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
 //   Touching/<set>/<who>  segments that touch the head, all or without those at roots: the update
 //                         of the head's pose and the query. "turned" is by arrays, for a head that
