@@ -114,6 +114,18 @@ def test_the_program_tells_the_distance(tmp_path):
     assert "the least distance is 0.25\n" in program("distance", *files, "--radius", 0.25).stdout
 
 
+def test_the_program_trades(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    points, _ = cross(gap=0.75)
+    fcl_fibers.write(tmp_path / "a.txt", points, [0, 2, 4])
+    found = program("trade", tmp_path / "a.txt", "--radius", 0.4, "--json")
+    assert found.returncode == 0, found.stderr
+    answer = json.loads(found.stdout)
+    assert (answer["contacts"], answer["chosen"]["missed"]) == (1, 0)
+    # FCL's managers are not in the package.
+    assert not [row for row in answer["rows"] if "FCL" in row["dial"]]
+
+
 def test_the_program_tells_how_it_is_called():
     assert "Usage: python -m fcl_fibers" in program("--help").stdout
     # What needs FCL is not there, and neither are the scenes that a program makes.

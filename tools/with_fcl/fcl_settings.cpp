@@ -120,8 +120,7 @@ class ManagerTrial : public Trial {
  public:
   ManagerTrial(const Scene& scene, const FiberTreeOptions& options, const MakeManager& make,
                Boxes boxes, NarrowPhase narrow)
-      : scene_(scene),
-        along_(scene.fibers),
+      : along_(scene.fibers),
         options_(options),
         poses_{segmentPoses<double>(scene.before), segmentPoses<double>(scene.fibers)},
         boxes_(boxes),
@@ -226,7 +225,6 @@ class ManagerTrial : public Trial {
     }
   }
 
-  const Scene& scene_;
   AlongFibers along_;
   FiberTreeOptions options_;
   std::vector<Place> places_;
