@@ -279,10 +279,10 @@ void addReplay(CLI::App& command, Arguments& arguments) {
       "the\ndifference. The exit code is 1 if they differ.");
 }
 
-/// A number and a unit, of which the last is meant if there is none.
+/// A number with one of some units, up to the largest.
 void addUnits(CLI::App& command, const char* name, const char* type,
-              const std::vector<std::pair<std::string, double>>& units, const char* example,
-              const std::function<void(double)>& take, const char* what) {
+              const std::vector<std::pair<std::string, double>>& units, double largest,
+              const char* example, const std::function<void(double)>& take, const char* what) {
   command
       .add_option_function<std::string>(
           name,
@@ -294,7 +294,8 @@ void addUnits(CLI::App& command, const char* name, const char* type,
                               ? unit.size()
                               : unit.find_first_not_of(' '));
             for (const auto& [word, factor] : units) {
-              if (end != text.c_str() && unit == word && number >= 0 && std::isfinite(number)) {
+              if (end != text.c_str() && unit == word && number >= 0 &&
+                  number * factor <= largest) {
                 return take(number * factor);
               }
             }
@@ -321,17 +322,17 @@ void addTrade(CLI::App& command, Arguments& arguments) {
   const Units shares = {{"%", 0.01}, {"", 1}};
   Request::Trade& trade = request.trade;
   addUnits(
-      command, "--miss", "SHARE", shares, "0.1%", [&](double x) { trade.wish.missed = x; },
+      command, "--miss", "SHARE", shares, 1, "0.1%", [&](double x) { trade.wish.missed = x; },
       "The share of contacts that may be missed, such as `0.1%`.\nThe default is 0.");
   addUnits(
-      command, "--false", "SHARE", shares, "5%", [&](double x) { trade.wish.wrong = x; },
+      command, "--false", "SHARE", shares, 1, "5%", [&](double x) { trade.wish.wrong = x; },
       "The share of pairs that may be false. The default is 0.");
   const Units times = {{"us", 1e-6}, {"ms", 1e-3}, {"s", 1}};
   addUnits(
-      command, "--budget", "TIME", times, "5ms", [&](double x) { trade.wish.seconds = x; },
+      command, "--budget", "TIME", times, 1e9, "5ms", [&](double x) { trade.wish.seconds = x; },
       "The time that a frame may take, such as `5ms`.");
   addUnits(
-      command, "--longest", "TIME", times, "5s", [&](double x) { trade.longest = x; },
+      command, "--longest", "TIME", times, 1e9, "5s", [&](double x) { trade.longest = x; },
       "End a setting whose frame takes longer. The default is 5s.");
   add(command, "--picture", trade.picture, "FILE.svg", "Draw the front.");
   command.add_flag("--again", trade.again,
@@ -345,9 +346,10 @@ void addTrade(CLI::App& command, Arguments& arguments) {
       "are too\nmany. A contact is a pair that touches, other than near along one fiber. A false "
       "pair "
       "is reported\nand is no contact. The program then prints the lines that set the fastest way "
-      "that --miss, --false\nand --budget allow. A run that is stopped is gone on with by the next "
-      "one "
-      "of the same scene.");
+      "that --miss, --false\nand --budget allow. If only a sample was judged, --miss counts with a "
+      "bound of 97.5 % confidence. A\nsetting ends if a frame takes longer than --longest or finds "
+      "more than 10,000,000 pairs. The next run\nof the same scene goes on with a run that was "
+      "stopped.");
 }
 
 void addView(CLI::App& command, Arguments& arguments) {

@@ -20,7 +20,7 @@ def run_of(row):
     run |= {"real_time": row.get("seconds", 0.0), "time_unit": "s"}
     for key in ("ended", "front", "times_default", "bytes", "reported", "contacts", "missed"):
         run[key] = float(row.get(key) or 0)
-    for key in ("judged", "false", "missed_share_at_most"):
+    for key in ("judged", "false", "missed_share", "missed_share_at_most", "false_share"):
         run[key] = float(row.get(key) or 0)
     for what in ("depth", "normal", "place"):
         errors = row.get(f"{what}_error", {})
@@ -33,9 +33,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--measure", choices=("trade",), required=True)
     parser.add_argument("--program", help="fcl_fibers", required=True)
-    parser.add_argument("--context", type=Path, help="a result of the same set", required=True)
+    parser.add_argument("--context", type=Path, help="a result of the same machine", required=True)
     parser.add_argument("--benchmark_out", type=Path, metavar="FILE.json", required=True)
     options, words = parser.parse_known_args()
+    known = {}
+    if options.context.exists():
+        known = json.loads(options.context.read_text(encoding="utf-8"))["context"]
     done = subprocess.run(
         [options.program, "trade", *words, "--again", "--json"],
         check=True,
@@ -43,9 +46,8 @@ def main():
         encoding="utf-8",
     )
     answer = json.loads(done.stdout)
-    context = json.loads(options.context.read_text(encoding="utf-8"))["context"]
     keys = ("machine", "compiler", "build_type", "left_out")
-    context = {key: context.get(key, "unknown") for key in keys}
+    context = {key: known.get(key, "unknown") for key in keys}
     context["commit"] = os.environ.get("FCL_FIBERS_COMMIT", "unknown")
     context["code"] = os.environ.get("FCL_FIBERS_CODE", "unknown")
     for key in ("scene", "question", "fibers", "segments", "contacts", "pieces", "judged_pieces"):

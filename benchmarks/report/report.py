@@ -331,7 +331,8 @@ def write_documents(report, root):
         if figure.name:
             (root / "docs" / "images" / f"{figure.name}.png").write_bytes(figure.data)
     for front in report.folder.glob("trade_*.svg"):
-        shutil.copy(front, root / "docs" / "images")
+        if front.stem in report.parts:
+            shutil.copy(front, root / "docs" / "images")
 
 
 def main(arguments):

@@ -62,7 +62,7 @@ def is_as_usual(part, name):
 
     def equal(key, factor):
         a, b = (median_error(part, n, key) for n in (name, usual))
-        return a <= factor * b and b <= factor * a
+        return (math.isnan(a) and math.isnan(b)) or (a <= factor * b and b <= factor * a)
 
     same = all(of(part, name, k) == of(part, usual, k) for k in ("reported", "missed", "false"))
     return same and equal("times_default", NOISE) and equal("bytes", NOISE) and equal("depth", SAME)
@@ -84,8 +84,7 @@ def scene_table(name, part):
             continue
         cells = [time(of(part, setting, "seconds")), digits(of(part, setting, "times_default"), 2)]
         cells.append(held)
-        for some, whole in (("missed", "contacts"), ("false", "judged")):
-            cells.append(percent(of(part, setting, some), max(of(part, setting, whole), 1)))
+        cells += [percent(of(part, setting, f"{share}_share"), 1) for share in ("missed", "false")]
         cells += [error(median_error(part, setting, e)) for e in ("depth", "normal", "place")]
         rows.append([setting + front, *cells])
     context = part.context
@@ -93,9 +92,7 @@ def scene_table(name, part):
     if context["judged_pieces"] < context["pieces"]:
         share = context["judged_pieces"] / context["pieces"]
         bound = of(part, settings(part)[0], "missed_share_at_most")
-        what += (
-            f" in a sample of {100 * share:.2g} %; none of it missed: {100 * bound:.2g} % at most"
-        )
+        what += f" in a sample of {100 * share:.2g} %, which may hide {100 * bound:.2g} %"
     header = [what, "time", "times", "bytes", "missed", "false", "depth", "normal", "place"]
     caption = (
         "Times are medians of a frame on one thread, and multiples of those of the first row, "
@@ -119,11 +116,8 @@ def dial_of(part, setting):
             index = next(i for i, s in enumerate(among) if s == setting)
             return f"{dial} {'of ' if dial[0] == 'n' else ''}{words[index]}"
     if setting.startswith("mesh: "):
-        among = [s for s in settings(part) if s.startswith("mesh: ") and "margin" not in s]
-        base = re.sub(r" triangles.*", "", setting)
-        index = next(i for i, s in enumerate(among) if s.startswith(base + " "))
         margin = ", margin e" if setting.endswith("margin e") else ""
-        return f"mesh: cells of {(2, 4, 8)[index]} edges{margin}"
+        return re.sub(r" edges.*", " edges", setting) + margin
     return setting
 
 
@@ -147,8 +141,8 @@ def dials(parts):
             rows.append([dial, "ended", "", "", "", ""])
             continue
         times = reach([of(p, s, "times_default") for p, s in timed], lambda x: digits(x, 2))
-        missed = [of(p, s, "missed") / max(of(p, s, "contacts"), 1) for p, s in timed]
-        wrong = [of(p, s, "false") / max(of(p, s, "judged"), 1) for p, s in timed]
+        missed = [of(p, s, "missed_share") for p, s in timed]
+        wrong = [of(p, s, "false_share") for p, s in timed]
         depths = [median_error(p, s, "depth") for p, s in timed]
         depths = [d for d in depths if not math.isnan(d)]
         same = sum(is_as_usual(p, s) for p, s in timed)

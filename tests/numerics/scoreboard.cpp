@@ -117,7 +117,8 @@ std::string cellOf(const Contender& contender, const ExtremeRow<double>& row) {
   if (child < 0) throw std::runtime_error("scoreboard: fork() failed");
   if (child == 0) {
     Score score;
-    std::fclose(stderr);  // FCL writes about what it cannot solve
+    // FCL writes about what it cannot solve.
+    if (std::freopen("/dev/null", "w", stderr) == nullptr) _exit(1);
     alarm(kMostSeconds);
     try {
       const Specimen<double> specimen(row.fibers, contender.form);
@@ -184,11 +185,12 @@ void printPage(const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < all.size(); ++i) std::cout << "--:|";
   std::cout << '\n';
   std::vector<std::size_t> right(all.size());
-  std::size_t rows = 0;
+  std::size_t rows = 0, margins = 0;
   for (const ExtremeRow<double>& row : extremeRows<double>()) {
     const bool is_named = std::find(names.begin(), names.end(), row.name) != names.end();
     if (!row.environment.isPossible() || !(names.empty() || is_named)) continue;
     ++rows;
+    margins += row.margin > 0 ? 1 : 0;
     std::cerr << row.name << '\n';
     std::cout << "| " << row.name << " |";
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -198,7 +200,7 @@ void printPage(const std::vector<std::string>& names) {
     }
     std::cout << '\n';
   }
-  std::cout << "| *right in, of " << rows << "* |";
+  std::cout << "| *right in, of " << rows << ", " << margins << " with a margin* |";
   for (const std::size_t count : right) std::cout << ' ' << count << " |";
   std::cout << '\n';
 }

@@ -31,6 +31,7 @@ class Trade(ProgramTest):
         usual = rows["tree: boxes, capsules"]
         self.assertGreater(answer["contacts"], 50)
         self.assertEqual(usual["contacts"], answer["contacts"])
+        self.assertEqual((usual["missed_share"], usual["missed_share_at_most"]), (0, 0))
         self.assertEqual((usual["missed"], usual["false"]), (0, 0))
         self.assertGreater(usual["seconds"], 0)
         self.assertLess(usual["depth_error"]["worst"], 1e-12)
@@ -123,6 +124,7 @@ class Trade(ProgramTest):
             ((scene, "--radius=0.001"), "has no contact"),
             ((scene,), "no radius"),
             ((scene, "--radius=1", "--miss=x"), "'x' is no SHARE such as 0.1%"),
+            ((scene, "--radius=1", "--miss=5"), "'5' is no SHARE such as 0.1%"),
             ((scene, "--radius=1", "--budget=5m"), "'5m' is no TIME such as 5ms"),
             ((scene, "--radius=1", "--end", scene, "--mesh", mesh), "leave out --mesh"),
         ):

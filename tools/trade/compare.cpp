@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -15,18 +16,41 @@ namespace {
 using Name = std::pair<std::int32_t, std::int32_t>;
 
 Name nameOf(std::int32_t a, std::int32_t b) {
-  return a < b || b == kMesh ? Name{a, b} : Name{b, a};
+  return a < b || b == kAMesh ? Name{a, b} : Name{b, a};
 }
 
-/// Whether one of `names`, ascending, is that of these two segments or, if `beside`, of segments
-/// beside them.
-bool has(const std::vector<Name>& names, const Name& name, bool beside) {
-  const std::int32_t reach = beside ? 1 : 0;
-  for (std::int32_t i = -reach; i <= reach; ++i) {
-    for (std::int32_t j = -reach; j <= reach; ++j) {
-      if (std::binary_search(names.begin(), names.end(), nameOf(name.first + i, name.second + j))) {
-        return true;
-      }
+/// The segments beside each one and itself, of a trial whose segments are its own.
+using Beside = std::vector<std::array<std::int32_t, 3>>;
+
+/// By the trial's first points; the ends of a closed fiber are beside each other.
+Beside besideOf(const FiberPolylines& fibers, const std::vector<std::int32_t>& segment_of) {
+  Beside beside(segment_of.size());
+  for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
+    if (fibers.segmentCount(f) == 0) continue;
+    const std::int32_t first = segment_of[fibers.point_begin[f]];
+    const std::int32_t last = segment_of[fibers.point_begin[f] + fibers.segmentCount(f) - 1];
+    for (std::int32_t i = first; i <= last; ++i) {
+      const bool wraps = fibers.isClosed(f);
+      beside[static_cast<std::size_t>(i)] = {i,
+                                             i > first ? i - 1
+                                             : wraps   ? last
+                                                       : i,
+                                             i < last ? i + 1
+                                             : wraps  ? first
+                                                      : i};
+    }
+  }
+  return beside;
+}
+
+/// Whether one of `names`, ascending, is that of these two segments or of segments beside them.
+bool has(const std::vector<Name>& names, const Name& name, const Beside& beside) {
+  if (beside.empty() || name.second == kAMesh) {
+    return std::binary_search(names.begin(), names.end(), name);
+  }
+  for (const std::int32_t a : beside[static_cast<std::size_t>(name.first)]) {
+    for (const std::int32_t b : beside[static_cast<std::size_t>(name.second)]) {
+      if (std::binary_search(names.begin(), names.end(), nameOf(a, b))) return true;
     }
   }
   return false;
@@ -63,22 +87,20 @@ bool isNull(const Point& p) { return p == Point{}; }
 
 double radiusOf(const FiberPolylines& fibers, const Touch& touch) {
   const double a = fibers.radiusAt(static_cast<std::size_t>(touch.a));
-  return touch.b == kMesh ? a : (a + fibers.radiusAt(static_cast<std::size_t>(touch.b))) / 2;
+  return touch.b == kAMesh ? a : (a + fibers.radiusAt(static_cast<std::size_t>(touch.b))) / 2;
 }
 
-double Outcome::missedShare() const {
-  return contacts > 0 ? static_cast<double>(missed) / static_cast<double>(contacts) : 0;
-}
-double Outcome::falseShare() const {
-  return judged > 0 ? static_cast<double>(wrong) / static_cast<double>(judged) : 0;
+double mostHidden(const Verdict& verdict) {
+  return verdict.isWhole() ? 0 : upperBound(0, verdict.effective_count);
 }
 
 Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setting,
                 const std::vector<Touch>& found) {
   const bool is_coarser = setting.segment_of != nullptr;
   const auto own = [&](std::int32_t segment) {
-    return is_coarser && segment != kMesh ? (*setting.segment_of)[static_cast<std::size_t>(segment)]
-                                          : segment;
+    return is_coarser && segment != kAMesh
+               ? (*setting.segment_of)[static_cast<std::size_t>(segment)]
+               : segment;
   };
   Outcome outcome;
   outcome.reported = found.size();
@@ -93,39 +115,53 @@ Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setti
       true_names.push_back(nameOf(own(touch.a), own(touch.b)));
     }
   }
+  const Beside beside = is_coarser ? besideOf(scene.fibers, *setting.segment_of) : Beside();
+  double weight = 0, missed_weight = 0;
   for (std::size_t i = 0; i < verdict.contacts.size(); ++i) {
-    if (!has(names, true_names[i], is_coarser)) ++outcome.missed;
+    const double of_one = verdict.weightOf(verdict.contacts[i].a, verdict.contacts[i].b);
+    weight += of_one;
+    if (has(names, true_names[i], beside)) continue;
+    ++outcome.missed;
+    missed_weight += of_one;
   }
+  outcome.missed_share = weight > 0 ? missed_weight / weight : 0;
   outcome.most_missed = verdict.isWhole()
-                            ? outcome.missedShare()
-                            : upperBound(outcome.missedShare(), verdict.effective_count);
+                            ? outcome.missed_share
+                            : upperBound(outcome.missed_share, verdict.effective_count);
 
   // Segments of the trial all of whose neighbourhood is in the sample.
-  std::vector<std::uint8_t> is_judged(verdict.in_sample.size(), 1);
+  std::vector<bool> is_judged(verdict.in_sample.size(), true);
   for (std::size_t f = 0; f < scene.fibers.fiberCount(); ++f) {
     for (std::size_t n = 0; n < scene.fibers.segmentCount(f); ++n) {
       const std::size_t i = scene.fibers.point_begin[f] + n;
       if (verdict.in_sample[i] != 0) continue;
-      const std::int32_t segment = own(static_cast<std::int32_t>(i));
-      const std::int32_t reach = is_coarser ? 1 : 0;
-      for (std::int32_t k = std::max(segment - reach, 0); k <= segment + reach; ++k) {
-        is_judged[static_cast<std::size_t>(k)] = 0;
-      }
+      const auto segment = static_cast<std::size_t>(own(static_cast<std::int32_t>(i)));
+      is_judged[segment] = false;
+      if (!is_coarser) continue;
+      for (const std::int32_t k : beside[segment]) is_judged[static_cast<std::size_t>(k)] = false;
     }
   }
   const auto isJudged = [&](std::int32_t segment) {
-    return segment != kMesh && is_judged[static_cast<std::size_t>(segment)] != 0;
+    return segment != kAMesh && is_judged[static_cast<std::size_t>(segment)];
   };
   std::vector<std::pair<Name, const Touch*>> deepest;
   for (std::size_t i = 0; i < verdict.contacts.size(); ++i) {
     deepest.emplace_back(true_names[i], &verdict.contacts[i]);
   }
   std::sort(true_names.begin(), true_names.end());
+  double judged_weight = 0, wrong_weight = 0;
   for (const Name& name : names) {
-    if (!isJudged(name.first) && !isJudged(name.second)) continue;
+    const bool a = isJudged(name.first), b = isJudged(name.second);
+    if (!a && !b) continue;
+    // As Verdict::weightOf() of a contact.
+    const double of_one = (a && b) || name.second == kAMesh ? 1 : 0.5;
     ++outcome.judged;
-    if (!has(true_names, name, is_coarser)) ++outcome.wrong;
+    judged_weight += of_one;
+    if (has(true_names, name, beside)) continue;
+    ++outcome.wrong;
+    wrong_weight += of_one;
   }
+  outcome.false_share = judged_weight > 0 ? wrong_weight / judged_weight : 0;
 
   // A pair is compared with the deepest of the contacts that its segments have.
   std::sort(deepest.begin(), deepest.end(), [](const auto& p, const auto& q) {

@@ -15,8 +15,8 @@ namespace {
 constexpr double kNoise = 1.05;
 
 bool isAsGood(const Outcome& a, const Outcome& b) {
-  return a.times <= kNoise * b.times && a.missedShare() <= b.missedShare() &&
-         a.falseShare() <= b.falseShare();
+  return a.times <= kNoise * b.times && a.missed_share <= b.missed_share &&
+         a.false_share <= b.false_share;
 }
 
 std::string escaped(const std::string& text) {
@@ -113,16 +113,30 @@ class Panel {
 }  // namespace
 
 void markFront(std::vector<Row>& rows) {
+  std::vector<Row*> by_time;
   for (Row& row : rows) {
-    row.is_on_front = !row.outcome.is_ended;
-    for (const Row& other : rows) {
-      if (&other == &row || other.outcome.is_ended || !isAsGood(other.outcome, row.outcome)) {
-        continue;
-      }
-      // Of equal ones the first is on the front.
-      if (&other < &row || !isAsGood(row.outcome, other.outcome)) row.is_on_front = false;
+    row.is_on_front = false;
+    if (!row.outcome.is_ended) by_time.push_back(&row);
+  }
+  std::stable_sort(by_time.begin(), by_time.end(),
+                   [](const Row* a, const Row* b) { return a->outcome.times < b->outcome.times; });
+  // The fastest of those that are equal, and which of these is shown: the first in the table.
+  struct Best {
+    const Row* fastest;
+    Row* shown;
+  };
+  std::vector<Best> front;
+  for (Row* row : by_time) {
+    const auto best = std::find_if(front.begin(), front.end(), [&](const Best& other) {
+      return isAsGood(other.fastest->outcome, row->outcome);
+    });
+    if (best == front.end()) {
+      front.push_back({row, row});
+    } else if (row < best->shown && isAsGood(row->outcome, best->fastest->outcome)) {
+      best->shown = row;
     }
   }
+  for (const Best& best : front) best.shown->is_on_front = true;
 }
 
 bool showsNoDifference(const Row& row, const Row& usual) {
@@ -140,9 +154,9 @@ const Row* choose(const std::vector<Row>& rows, const Wish& wish) {
   const Row* best = nullptr;
   for (const Row& row : rows) {
     const Outcome& outcome = row.outcome;
-    const double missed = wish.missed > 0 ? outcome.most_missed : outcome.missedShare();
+    const double missed = wish.missed > 0 ? outcome.most_missed : outcome.missed_share;
     const bool fits = !outcome.is_ended && missed <= wish.missed &&
-                      outcome.falseShare() <= wish.wrong &&
+                      outcome.false_share <= wish.wrong &&
                       (!wish.seconds || outcome.seconds <= *wish.seconds);
     if (fits && (best == nullptr || kNoise * outcome.times < best->outcome.times)) best = &row;
   }
@@ -161,9 +175,9 @@ std::string shareText(double share) { return fmt::format("{:.3g} %", 100 * share
 
 std::string frontPicture(const std::string& title, const std::vector<Row>& rows) {
   const Panel missed(70, "contacts missed", rows,
-                     [](const Row& row) { return row.outcome.missedShare(); });
+                     [](const Row& row) { return row.outcome.missed_share; });
   const Panel wrong(500, "false among the pairs reported", rows,
-                    [](const Row& row) { return row.outcome.falseShare(); });
+                    [](const Row& row) { return row.outcome.false_share; });
   std::string legend;
   double y = Panel::kTop + Panel::kHeight + 50;
   const double top = y;

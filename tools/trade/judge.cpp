@@ -91,9 +91,9 @@ class Judge {
     const FiberPolylines& fibers = scene.fibers;
     boxes_.resize(fibers.points.size());
     verdict_.in_sample.resize(fibers.points.size());
-    for (const Point& point : fibers.points) {
-      for (const double x : point) rounding_ = std::max(rounding_, kEpsilon * std::abs(x));
-    }
+    addRounding(fibers.points);
+    for (const FiberPolylines& end : scene.end) addRounding(end.points);
+    for (const MeshFile& mesh : scene.meshes) addRounding(mesh.points);
     for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
       const std::size_t last = fibers.point_begin[f] + fibers.segmentCount(f);
       for (std::size_t i = fibers.point_begin[f]; i < last; i += kPiece) {
@@ -127,10 +127,9 @@ class Judge {
       std::swap(order[i - 1], order[static_cast<std::size_t>(random() % i)]);
     }
     std::vector<std::uint8_t> is_done(pieces_.size());
-    double squares = 0;
+    std::vector<std::size_t> begin_of_piece = {0};  // among the contacts
     for (const std::size_t i : order) {
       if (tests_ > most_tests_) break;
-      const std::size_t before = verdict_.contacts.size();
       if (scene_.meshes.empty()) {
         for (std::size_t j = 0; j < pieces_.size(); ++j) {
           if (is_done[j] == 0) comparePieces(pieces_[i], pieces_[j]);
@@ -142,14 +141,21 @@ class Judge {
       std::fill(verdict_.in_sample.begin() + static_cast<std::ptrdiff_t>(pieces_[i].begin),
                 verdict_.in_sample.begin() + static_cast<std::ptrdiff_t>(pieces_[i].end),
                 std::uint8_t{1});
-      const auto found = static_cast<double>(verdict_.contacts.size() - before);
-      squares += found * found;
+      begin_of_piece.push_back(verdict_.contacts.size());
       ++verdict_.judged_pieces;
       tell(std::max(tests_ / most_tests_, static_cast<double>(verdict_.judged_pieces) /
                                               static_cast<double>(pieces_.size())));
     }
-    const auto count = static_cast<double>(verdict_.contacts.size());
-    verdict_.effective_count = squares > 0 ? count * count / squares : 0;
+    double sum = 0, squares = 0;
+    for (std::size_t piece = 1; piece < begin_of_piece.size(); ++piece) {
+      double of_piece = 0;
+      for (std::size_t i = begin_of_piece[piece - 1]; i < begin_of_piece[piece]; ++i) {
+        of_piece += verdict_.weightOf(verdict_.contacts[i].a, verdict_.contacts[i].b);
+      }
+      sum += of_piece;
+      squares += of_piece * of_piece;
+    }
+    verdict_.effective_count = squares > 0 ? sum * sum / squares : 0;
     verdict_.pieces = pieces_.size();
     std::sort(verdict_.contacts.begin(), verdict_.contacts.end());
     std::sort(verdict_.open.begin(), verdict_.open.end());
@@ -161,6 +167,12 @@ class Judge {
     std::array<Vector, 3> corners;
     Box box;
   };
+
+  void addRounding(const std::vector<Point>& points) {
+    for (const Point& point : points) {
+      for (const double x : point) rounding_ = std::max(rounding_, kEpsilon * std::abs(x));
+    }
+  }
 
   static Axis axisOf(const FiberPolylines& fibers, std::size_t i) {
     return {vectorOf(fibers.points[i]), vectorOf(fibers.points[i + 1]), fibers.radiusAt(i)};
@@ -300,11 +312,16 @@ class Judge {
     for (std::size_t i = piece.begin; i < piece.end; ++i) {
       const Axis axis = axisOf(scene_.fibers, i);
       Closest best{kInfinity, {}, {}};
+      const Triangle* nearest = nullptr;
       for (const Triangle* triangle : near) {
         if (boxes_[i].isApart(triangle->box)) continue;
         const Closest found = closest(axis, triangle->corners);
-        if (found.distance < best.distance) best = found;
+        if (found.distance < best.distance) {
+          best = found;
+          nearest = triangle;
+        }
       }
+      if (nearest == nullptr) continue;
       const Real gap = best.distance - axis.radius, band = kBand * axis.radius + rounding_;
       if (gap > band) continue;
       Vector normal{};
@@ -312,8 +329,11 @@ class Judge {
         normal = (1 / best.distance) * (best.q - best.p);
       }
       const Vector place = 0.5L * (best.p + axis.radius * normal + best.q);
-      const Touch touch{static_cast<std::int32_t>(i), kMesh, static_cast<double>(gap),
-                        pointOf(normal), pointOf(place)};
+      Touch touch{static_cast<std::int32_t>(i), kAMesh, static_cast<double>(gap), pointOf(normal),
+                  pointOf(place)};
+      // Along a triangle or an edge many places are right.
+      touch.is_at_one_place =
+          std::abs(dot(normal, axis.to - axis.from)) > kParallel * norm(axis.to - axis.from);
       (gap < -band ? verdict_.contacts : verdict_.open).push_back(touch);
     }
   }

@@ -49,9 +49,9 @@ Closest closest(const Axis& a, const Axis& b);
 /// the axis crosses it.
 Closest closest(const Axis& axis, const std::array<Vector, 3>& triangle);
 
-constexpr std::int32_t kMesh = -1;  ///< the partner of a segment that touches a mesh
+constexpr std::int32_t kAMesh = -1;  ///< the partner of a segment that touches a mesh
 
-/// Two segments, or a segment and kMesh, and how they touch.
+/// Two segments, or a segment and kAMesh, and how they touch.
 struct Touch {
   std::int32_t a, b;    ///< by first points, a < b
   double distance = 0;  ///< from surface to surface; in a step, at `time`
@@ -73,12 +73,21 @@ struct Verdict {
   std::vector<Touch> open;              ///< pairs whose touch rounding decides, ascending
   std::vector<std::uint8_t> in_sample;  ///< by first point
   std::size_t pieces = 0, judged_pieces = 0;
-  /// The squared sum of the contacts of the pieces over the sum of their squares (Kish, Survey
-  /// Sampling, 1965): so many contacts of their own tell as much as those of the pieces.
+  /// The contacts of a piece are alike, so they tell less than as many from anywhere. They tell as
+  /// much as this number: the squared sum of all over the sum of the squares of each piece's (Kish,
+  /// Survey Sampling, 1965).
   double effective_count = 0;
   bool has_pairs_along = false;  ///< other than adjacent segments
 
   bool isWhole() const { return judged_pieces == pieces; }
+
+  /// A pair of two pieces comes into the sample by either of them, so it counts half as much as one
+  /// that can come by one piece alone: 1, 1/2, or 0 for a pair that is not judged.
+  double weightOf(std::int32_t a, std::int32_t b) const {
+    const auto has = [this](std::int32_t i) { return in_sample[static_cast<std::size_t>(i)] != 0; };
+    if (b == kAMesh) return has(a) ? 1 : 0;
+    return (has(a) ? 0.5 : 0) + (has(b) ? 0.5 : 0);
+  }
 };
 
 /// Judges pieces in a random order, which is always the same, until that has taken `most_tests` of

@@ -28,12 +28,9 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-Touch touchOf(std::int32_t a, std::int32_t b, const ShapeContact& c, double time = 1) {
-  Touch touch{a, b, c.distance, c.normal, {}, true, time};
-  for (std::size_t k = 0; k < 3; ++k) touch.place[k] = (c.point_a[k] + c.point_b[k]) / 2;
-  return touch;
-}
-Touch touchOf(const SegmentPair& pair, const Contact& c, double time = 1) {
+/// @param c  a Contact or a MeshContact
+template <class AnyContact>
+Touch touchOf(const SegmentPair& pair, const AnyContact& c, double time = 1) {
   Touch touch{pair.a, pair.b, c.distance, c.normal, {}, true, time};
   for (std::size_t k = 0; k < 3; ++k) touch.place[k] = (c.point_a[k] + c.point_b[k]) / 2;
   return touch;
@@ -91,7 +88,7 @@ class PairTrial : public Trial {
   double frame(Deadline& deadline) override {
     pairs_.clear();
     tree_.update(before_.arrays());
-    return seconds([&] {
+    return timed(deadline, [&] {
       tree_.update(numbers_.arrays());
       tree_.visit(Pairs{}, [&](const SegmentPair& pair) {
         pairs_.push_back(pair);
@@ -153,7 +150,7 @@ class MeshTrial : public Trial {
   double frame(Deadline& deadline) override {
     segments_ = 0;
     tree_.update(before_);
-    return seconds([&] {
+    return timed(deadline, [&] {
       tree_.update(arrays_);
       for (const TriangleMesh& mesh : meshes_) {
         tree_.visit(TouchingSegments{}, mesh, [&](std::int32_t) {
@@ -164,16 +161,23 @@ class MeshTrial : public Trial {
     });
   }
 
-  /// Of each segment the deepest contact, whose `time` is its distance until they are united.
+  /// Of each segment the deepest contact.
   std::vector<Touch> found() const override {
-    std::vector<Touch> touches;
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    std::vector<double> least(arrays_.point_count, kNone);
+    std::vector<Touch> deepest(arrays_.point_count), touches;
     for (const TriangleMesh& mesh : meshes_) {
-      tree_.visit(Contacts{arrays_}, mesh, [&](const MeshContact& contact) {
-        touches.push_back(touchOf(contact.segment, kMesh, contact, contact.distance));
+      tree_.visit(Pairs{}, mesh, [&](const TrianglePair& pair) {
+        const MeshContact contact = meshContact(arrays_, mesh, pair);
+        const auto segment = static_cast<std::size_t>(pair.segment);
+        if (!(contact.distance < least[segment])) return;
+        least[segment] = contact.distance;
+        deepest[segment] = touchOf({pair.segment, kAMesh}, contact);
       });
     }
-    sortAndUnite(touches);
-    for (Touch& touch : touches) touch.time = 1;
+    for (std::size_t i = 0; i < least.size(); ++i) {
+      if (least[i] < kNone) touches.push_back(deepest[i]);
+    }
     return touches;
   }
 
@@ -211,7 +215,8 @@ class LinearTrial : public StepTrial {
 
   double frame(Deadline& deadline) override {
     impacts_.clear();
-    return seconds([&] {
+    tree_.update(fiberArrays(step_.end));
+    return timed(deadline, [&] {
       tree_.update(fiberArrays(step_.start), fiberArrays(step_.end));
       tree_.visit(Impacts{}, [&](const Impact& impact) {
         impacts_.push_back(impact);
@@ -244,7 +249,7 @@ class InstantTrial : public StepTrial {
     double taken = 0;
     for (const double time : times_) {
       const FiberPolylines instant = step_.at(time);
-      taken += seconds([&] {
+      taken += timed(deadline, [&] {
         tree_.update(fiberArrays(instant));
         tree_.visit(Pairs{}, [&](const SegmentPair& pair) {
           pairs_.emplace_back(pair, time);
@@ -291,9 +296,9 @@ struct Code {
         "volumes=\"spheres\"");
     set(options.topology != plain.topology, "topology = Topology::kSuperThread",
         "topology=\"super_thread\"");
+    // All digits, because a margin that is rounded down would miss contacts.
     const auto number = [&](const char* name, double value, double usual) {
-      set(value != usual, fmt::format("{} = {:.6g}", name, value),
-          fmt::format("{}={:.6g}", name, value));
+      set(value != usual, fmt::format("{} = {}", name, value), fmt::format("{}={}", name, value));
     };
     number("ignored_neighbors", options.ignored_neighbors, plain.ignored_neighbors);
     number("ignored_arc_length", options.ignored_arc_length, plain.ignored_arc_length);
@@ -309,13 +314,14 @@ class Dials {
  public:
   Dials(const Scene& scene, const Verdict& verdict)
       : scene_(scene), usual_(defaultOptions(scene, verdict)) {
+    const auto count = static_cast<double>(scene.fibers.segmentCount());
     for (std::size_t f = 0; f < scene.fibers.fiberCount(); ++f) {
       most_segments_ = std::max(most_segments_, scene.fibers.segmentCount(f));
       for (std::size_t n = 0; n < scene.fibers.segmentCount(f); ++n) {
         const std::size_t i = scene.fibers.point_begin[f] + n;
         const Point &p = scene.fibers.points[i], &q = scene.fibers.points[i + 1];
         lengths_.push_back(std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]));
-        radius_ += scene.fibers.radiusAt(i) / static_cast<double>(scene.fibers.segmentCount());
+        radius_ += scene.fibers.radiusAt(i) / count;
       }
     }
     const auto middle = lengths_.begin() + static_cast<std::ptrdiff_t>(lengths_.size() / 2);
@@ -378,7 +384,8 @@ class Dials {
       }
     }
     addTree("threads", "2", [](FiberTreeOptions& options) { options.threads = 2; });
-    add("input", "float", usual_, makePairs<float>(usual_));
+    add("input", "float", usual_, makePairs<float>(usual_),
+        "// Build it from FiberArrays<float>.\n", "# Build it from points in float32.\n");
     for (const double radii : {0.1, 1.0}) {
       addTree("margin", fmt::format("{:g} radii", radii),
               [&](FiberTreeOptions& options) { options.margin += radii * radius_; });
@@ -476,8 +483,8 @@ class Dials {
     for (const bool with_margin : {false, true}) {
       const FiberTreeOptions options =
           with([&](FiberTreeOptions& changed) { changed.margin += with_margin ? error : 0; });
-      std::string value = fmt::format("{} triangles, e of {:.2g} radii", countText(triangles),
-                                      radius_ > 0 ? error / radius_ : 0);
+      std::string value = fmt::format("cells of {:g} edges, {} triangles, e of {:.2g} radii", edges,
+                                      countText(triangles), radius_ > 0 ? error / radius_ : 0);
       if (with_margin) value += ", margin e";
       const std::string what =
           fmt::format("Simplify the mesh by a grid of {:g} mean edges to {} triangles.\n", edges,
@@ -493,10 +500,7 @@ class Dials {
 
   void addStep() {
     const Scene& scene = scene_;
-    add(
-        "step", "linear bounds", usual_,
-        [&scene, options = usual_] { return std::make_unique<LinearTrial>(scene, options); },
-        "tree.update(start, end);  // then ask for Impacts\n", "tree.update(start, end)\n");
+    addTreeOfStep("step", "linear bounds", usual_);
     addTreeOfStep("threads", "2", with([](FiberTreeOptions& options) { options.threads = 2; }));
     for (const int n : {1, 4, 16, 64}) {
       std::vector<double> times;
@@ -548,25 +552,33 @@ class Dials {
 
 }  // namespace
 
-Deadline::Deadline(double seconds) : end_(now() + seconds) {}
+void Deadline::start() { end_ = now() + seconds_; }
 
-bool Deadline::isOver(std::size_t found) {
+void Deadline::pause() { seconds_ = end_ - now(); }
+
+bool Deadline::isOver(std::size_t found, std::size_t seen) {
   constexpr std::size_t kBetweenLooks = 1024;
-  was_over_ = was_over_ || found >= kPairLimit || (found % kBetweenLooks == 0 && now() > end_);
+  was_over_ = was_over_ || found >= kPairLimit || (seen % kBetweenLooks == 0 && now() > end_);
   return was_over_;
 }
 
 FiberTreeOptions defaultOptions(const Scene& scene, const Verdict& verdict) {
   FiberTreeOptions options;
-  if (verdict.has_pairs_along) {
-    // Half a circle whose diameter is the sum of the least radii, so that no contact is left out.
-    // Pairs along thicker parts are reported then.
-    double radius = scene.fibers.radius;
-    if (!scene.fibers.radii.empty()) {
-      radius = *std::min_element(scene.fibers.radii.begin(), scene.fibers.radii.end());
+  if (!verdict.has_pairs_along) return options;
+  double least = std::numeric_limits<double>::infinity();
+  const auto addRadii = [&](const FiberPolylines& fibers) {
+    for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
+      for (std::size_t n = 0; n < fibers.segmentCount(f); ++n) {
+        least = std::min(least, fibers.radiusAt(fibers.point_begin[f] + n));
+      }
     }
-    options.ignored_arc_length = 1.5707964 * 2 * radius;
-  }
+  };
+  addRadii(scene.fibers);
+  for (const FiberPolylines& end : scene.end) addRadii(end);
+  // Half a circle whose diameter is the sum of the least radii, and a little less, so that no
+  // contact is left out. Pairs along thicker parts are reported then.
+  constexpr double kHalfCircle = 1.5707963;
+  options.ignored_arc_length = kHalfCircle * 2 * least;
   return options;
 }
 

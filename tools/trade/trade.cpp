@@ -47,9 +47,11 @@ ordered_json jsonOf(const Outcome& o) {
           {"reported", o.reported},
           {"contacts", o.contacts},
           {"missed", o.missed},
+          {"missed_share", o.missed_share},
           {"missed_share_at_most", o.most_missed},
           {"judged", o.judged},
           {"false", o.wrong},
+          {"false_share", o.false_share},
           {"depth_error", jsonOf(o.depth)},
           {"normal_error", jsonOf(o.normal)},
           {"place_error", jsonOf(o.place)}};
@@ -66,7 +68,9 @@ Outcome outcomeOf(const ordered_json& json) {
   o.reported = json.at("reported");
   o.contacts = json.at("contacts");
   o.missed = json.at("missed");
+  o.missed_share = json.at("missed_share");
   o.most_missed = json.at("missed_share_at_most");
+  o.false_share = json.at("false_share");
   o.judged = json.at("judged");
   o.wrong = json.at("false");
   o.depth = errorsOf(json.at("depth_error"));
@@ -111,8 +115,14 @@ class Notes {
       hash.add(mesh.triangles);
     }
     hash.add(std::vector<double>{longest});
-    const std::string version = FCL_FIBERS_VERSION;
-    hash.add(std::vector<char>(version.begin(), version.end()));
+    hash.add(scene.before);
+    // Another program measures anew.
+#ifdef NDEBUG
+    const std::string program = programName() + FCL_FIBERS_VERSION;
+#else
+    const std::string program = programName() + FCL_FIBERS_VERSION + " debug";
+#endif
+    hash.add(std::vector<char>(program.begin(), program.end()));
     const char* const cache = std::getenv("XDG_CACHE_HOME");
     const char* const home = std::getenv("HOME");
     if (cache != nullptr && *cache != '\0') {
@@ -139,7 +149,7 @@ class Notes {
     const auto found = outcomes_.find(name);
     return found == outcomes_.end() ? nullptr : &found->second;
   }
-  std::size_t count() const { return outcomes_.size(); }
+  bool isEmpty() const { return outcomes_.empty(); }
 
   void add(const std::string& name, const Outcome& outcome) {
     outcomes_[name] = outcome;
@@ -206,16 +216,17 @@ void printRows(const std::vector<Row>& rows, std::size_t segments, AnswerStream&
     }
     stream.write(fmt::format("{} {:<{}} {:>9} {:>6.2f} {:>6} {:>9} {:>9} {:>8} {:>8} {:>8}\n",
                              row.is_on_front ? "*" : " ", name, width, timeText(o.seconds), o.times,
-                             bytes, shareText(o.missedShare()), shareText(o.falseShare()),
+                             bytes, shareText(o.missed_share), shareText(o.false_share),
                              errorText(o.depth), errorText(o.normal), errorText(o.place)));
   }
   if (!same.empty()) stream.write("\nAs the first row: " + same + "\n");
   stream.write(
-      "\n* no other is better in time, missed and false together. Times are medians of a frame, "
+      "\n* No other is better in time, missed and false together. Times are medians of a frame, "
       "and "
-      "its\nmultiples of the first row's, which took turns with it. Bytes are of a segment. Depth "
-      "and "
-      "place are\nmedian errors in radii, normal in degrees, of the contacts that were found.\n");
+      "their\nmultiples of those of the first row, which took turns with it. Bytes are of a "
+      "segment. "
+      "Depth and place\nare median errors in radii, normal in degrees, of the contacts that were "
+      "found. What is ended took too\nlong, or found more than 10,000,000 pairs.\n");
 }
 
 std::string indented(const std::string& lines, const char* first) {
@@ -229,9 +240,11 @@ std::string indented(const std::string& lines, const char* first) {
   return text;
 }
 
-void printChoice(const std::vector<Row>& rows, const Wish& wish, AnswerStream& stream) {
+void printChoice(const std::vector<Row>& rows, const Wish& wish, bool is_sample,
+                 AnswerStream& stream) {
   std::string wished = wish.missed > 0 ? "missing at most " + shareText(wish.missed)
-                                       : std::string("missing nothing");
+                       : is_sample     ? "missing nothing of the sample"
+                                       : "missing nothing";
   if (wish.wrong > 0) wished += ", with at most " + shareText(wish.wrong) + " false pairs";
   if (wish.wrong == 0) wished += ", without false pairs";
   if (wish.seconds) wished += ", within " + timeText(*wish.seconds);
@@ -302,11 +315,14 @@ int tradeOff(const Request& request, const PeerSettings& peers) {
     }
   }
   Notes notes(scene, request.trade.longest, request.trade.again);
-  if (notes.count() > 0) {
-    progress("");
+  if (!notes.isEmpty()) {
+    const auto isKnown = [&](const Setting& setting) {
+      return notes.find(setting.name()) != nullptr;
+    };
+    const auto count = std::count_if(settings.begin(), settings.end(), isKnown);
     warn(title, fmt::format("goes on with a run that was stopped, which had measured {} of {}; "
                             "--again measures all",
-                            notes.count(), counted(settings.size(), "setting")));
+                            count, counted(settings.size(), "setting")));
   }
   const std::unique_ptr<Trial> usual = settings.front().make();
   std::vector<Row> rows;
@@ -316,6 +332,14 @@ int tradeOff(const Request& request, const PeerSettings& peers) {
     const Outcome* const known = notes.find(setting.name());
     const Outcome outcome =
         known != nullptr ? *known : measure(scene, verdict, setting, *usual, request.trade.longest);
+    if (rows.empty() && outcome.is_ended) {
+      progress("");
+      throw std::runtime_error(fmt::format(
+          "'{}': a frame of the default takes longer than {}, or finds more than {} pairs, so "
+          "nothing "
+          "can be compared with it; is the radius too large? --longest allows more time",
+          title, timeText(request.trade.longest), countText(kPairLimit)));
+    }
     if (known == nullptr) notes.add(setting.name(), outcome);
     rows.push_back({setting.dial, setting.value, setting.cpp, setting.python, outcome});
   }
@@ -349,16 +373,16 @@ int tradeOff(const Request& request, const PeerSettings& peers) {
         verdict.isWhole()
             ? "all pairs were judged by their distances"
             : fmt::format(
-                  "a sample of {} of {} runs of 64 segments was judged by the distances to "
-                  "all others; what it misses nothing of misses at most {} of all, with "
-                  "97.5 % confidence",
+                  "a sample of {} of {} runs of 64 segments was judged by the distances to all "
+                  "others; a setting that misses none of the sample misses at most {} of all "
+                  "contacts, with 97.5 % confidence",
                   countText(verdict.judged_pieces), countText(verdict.pieces),
-                  shareText(rows.front().outcome.most_missed));
+                  shareText(mostHidden(verdict)));
     stream.write(fmt::format("{}: {} of {}\n{} {}; {}\n", title, counted(segments, "segment"),
                              counted(scene.fibers.fiberCount(), "fiber"),
                              countText(verdict.contacts.size()), questionOf(scene), sample));
     printRows(rows, segments, stream);
-    printChoice(rows, request.trade.wish, stream);
+    printChoice(rows, request.trade.wish, !verdict.isWhole(), stream);
   }
   stream.finish();
   notes.remove();

@@ -10,6 +10,7 @@
 
 #include <fcl_fibers/fiber_tree.h>
 
+#include "tools/seconds.h"
 #include "tools/trade/judge.h"
 
 namespace fcl_fibers::tools::trade {
@@ -17,15 +18,30 @@ namespace fcl_fibers::tools::trade {
 /// Ends a query that takes too long or finds too much.
 class Deadline {
  public:
-  explicit Deadline(double seconds);
-  /// Whether a query that has found so many pairs is to end. It looks at the clock now and then.
-  bool isOver(std::size_t found);
+  /// @param seconds  of what is timed
+  explicit Deadline(double seconds) : seconds_(seconds) {}
+
+  void start();  ///< counts from now on
+  void pause();
+  /// Whether a query that has found so many pairs, and looked at so many, is to end. It looks at
+  /// the clock now and then.
+  bool isOver(std::size_t found, std::size_t seen);
+  bool isOver(std::size_t found) { return isOver(found, found); }
   bool wasOver() const { return was_over_; }
 
  private:
-  double end_;
+  double seconds_, end_ = 0;
   bool was_over_ = false;
 };
+
+/// The seconds of work that a deadline counts.
+template <class Work>
+double timed(Deadline& deadline, Work&& work) {
+  deadline.start();
+  const double taken = seconds(work);
+  deadline.pause();
+  return taken;
+}
 
 /// One way to ask what touches, with all that it keeps between two frames.
 class Trial {
@@ -61,7 +77,8 @@ struct Setting {
 /// The scene has to outlive them.
 std::vector<Setting> settingsOf(const Scene& scene, const Verdict& verdict);
 
-/// The default of settingsOf().
+/// The default of settingsOf(): that of a tree, with pairs along a thick fiber left out as far as
+/// one length does that without leaving out a contact.
 FiberTreeOptions defaultOptions(const Scene& scene, const Verdict& verdict);
 
 /// The half of a sum of radii that a pair's errors are told in.
@@ -82,13 +99,16 @@ struct Outcome {
   std::size_t bytes = 0;     ///< 0 if nobody tells
   std::size_t reported = 0;
   std::size_t contacts = 0, missed = 0;  ///< of those judged
+  std::size_t judged = 0, wrong = 0;     ///< pairs reported that were judged, and are no contact
+  double missed_share = 0;               ///< of all contacts, as the sample tells
   double most_missed = 0;  ///< with 97.5 % confidence no larger share of all contacts is missed
-  std::size_t judged = 0, wrong = 0;  ///< pairs reported that were judged, and are no contact
-  Errors depth, normal, place;        ///< radii, degrees, radii
-
-  double missedShare() const;
-  double falseShare() const;
+  double false_share = 0;  ///< of all pairs reported, as the sample tells; it has no bound
+  Errors depth, normal, place;  ///< radii, degrees, radii
 };
+
+/// The share of all contacts that a setting misses at most, with 97.5 % confidence, if it misses
+/// none of the sample (Wilson, Probable inference, 1927).
+double mostHidden(const Verdict& verdict);
 
 /// What a setting found, beside the truth. Where it has segments of its own, a contact is found if
 /// the two segments that have it are reported, or some beside them.

@@ -22,7 +22,6 @@
 
 #include "benchmarks/contenders/closed_form.h"
 #include "tools/along_fibers.h"
-#include "tools/seconds.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -163,7 +162,7 @@ class ManagerTrial : public Trial {
       manager_->setup();
     }
     setPoses(1);
-    return seconds([&] {
+    return timed(deadline, [&] {
       computeBoxes();
       manager_->update();
       manager_->collide(this, &take);
@@ -203,7 +202,7 @@ class ManagerTrial : public Trial {
     if (!self.areNeighbors(placeOf(a), placeOf(b)) && self.narrow_(*a, *b, nullptr)) {
       self.pairs_.emplace_back(a, b);
     }
-    return self.deadline_->isOver(++self.seen_);
+    return self.deadline_->isOver(self.pairs_.size(), ++self.seen_);
   }
 
   bool areNeighbors(const Place& a, const Place& b) const {
