@@ -47,8 +47,8 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Box::Pack<N>& pack, const Box& 
 
 template <int N>
 FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere::Pack<N>& pack, const Sphere& sphere) {
-  // The two sides carry at most eight roundings of 2^-24. The smallest normal float covers losses
-  // below it.
+  // The two sides carry at most seven roundings in one direction, each of 2^-23 in any mode. The
+  // smallest normal float covers losses below it.
   constexpr float kRoundUp = 1 + 0x1p-20f;
   const Lanes<N> x = Lanes<N>::load(pack.center(0)) - Lanes<N>::all(sphere.center[0]);
   const Lanes<N> y = Lanes<N>::load(pack.center(1)) - Lanes<N>::all(sphere.center[1]);

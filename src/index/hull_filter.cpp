@@ -110,11 +110,12 @@ double mostErrorOf(const TriangleHulls<Mesh>& hulls) {
   return hulls.mesh.error();
 }
 
-/// Whether a pair is two boxes that touch even if their corners have no error.
+/// Whether a box and what may be another one are two boxes that touch even if their corners have no
+/// error.
 FCL_FIBERS_ALWAYS_INLINE bool areBoxesWithin(const CapsuleEnd* p, const CapsuleEnd* q,
                                              double margin) {
   // Without branches, which could not be predicted.
-  unsigned apart = isBox(p) && isBox(q) ? 0 : 1;
+  unsigned apart = isBox(q) ? 0 : 1;
   for (int axis = 0; axis < 3; ++axis) {
     apart |= p[0].numbers[axis] - q[1].numbers[axis] <= margin ? 0u : 1u;
     apart |= q[0].numbers[axis] - p[1].numbers[axis] <= margin ? 0u : 1u;
@@ -128,10 +129,13 @@ FCL_FIBERS_ALWAYS_INLINE std::uint64_t boxesWithin(const SegmentRange& segments,
                                                    double margin) {
   std::uint64_t within = 0;
   for (std::size_t i = 0; i < count; ++i) {
+    const CapsuleEnd* p = segments.capsule(pairs[i].a);
+    // Pairs of one segment follow each other, so this can be predicted.
+    if (!isBox(p)) continue;
     const CapsuleEnd* q = hulls.segments.capsule(pairs[i].b);
     CapsuleEnd ends[2];
     if (hulls.to_first != nullptr) q = store((*hulls.to_first)(geometry::segmentOf(q)), ends);
-    within |= std::uint64_t{areBoxesWithin(segments.capsule(pairs[i].a), q, margin)} << i;
+    within |= std::uint64_t{areBoxesWithin(p, q, margin)} << i;
   }
   return within;
 }
