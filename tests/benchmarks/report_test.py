@@ -623,7 +623,14 @@ class ReportTest(unittest.TestCase):
             run.update({"false": 0.0, "reported": 50.0, "bytes": 4e4, "depth": 1e-16})
             run.update(missed_share=0.0, false_share=0.0)
             if name.endswith("every 8th point, e of 12 radii"):
-                run.update(missed=30.0, missed_share=0.15, times_default=0.5, real_time=2e-3, front=1.0, depth=0.25)
+                run.update(
+                    missed=30.0,
+                    missed_share=0.15,
+                    times_default=0.5,
+                    real_time=2e-3,
+                    front=1.0,
+                    depth=0.25,
+                )
             elif "margin: 0.1 radii" in name:
                 run.update({"false": 10.0, "false_share": 0.2})
             elif "super thread" in name:
@@ -638,9 +645,7 @@ class ReportTest(unittest.TestCase):
         text = self.made("trade")
         dials, static = text.split("## Trade of the paper's static assembly")
         static = static.split("##")[0]
-        self.assertIn(
-            "400 segments, 2,291 contacts in a sample of 25 %, which may hide ", static
-        )
+        self.assertIn("400 segments, 2,291 contacts in a sample of 25 %, which may hide ", static)
         found = self.row(static, "sampling: every 8th point, e of 12 radii *")
         self.assertEqual(found[:6], ["2.00 ms", "0.50", "100", "15 %", "0 %", "0.25"])
         self.assertEqual(self.row(static, "margin: 0.1 radii")[4], "20 %")
