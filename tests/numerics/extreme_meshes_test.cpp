@@ -18,6 +18,7 @@
 #include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/triangle_mesh.h>
 
+#include "numerics/row_copies.h"
 #include "numerics/row_judge.h"
 
 namespace fcl_fibers::test {
@@ -153,43 +154,10 @@ void expectMeshes(const Judge<S>& judge) {
   expectMesh(judge, tetrahedron, TriangleMesh::Kind::kSolid);
 }
 
-/// Copies of a row on a grid of kSide^3 places, which do not touch each other. First the row's
-/// points lose the digits that the farthest copy cannot hold, so all copies are the same.
-template <typename S>
-class Copies {
- public:
-  static constexpr int kSide = 3, kCount = kSide * kSide * kSide;
-
-  explicit Copies(const Judge<S>& judge) : one(judge.fibers) {
-    const Real size = 4 * judge.half.maxCoeff() + judge.row.margin;
-    const double apart = std::ldexp(1.0, size > 0 ? std::ilogb(size) + 1 : 0);
-    const auto way = static_cast<S>(apart), farthest = static_cast<S>((kSide - 1) * apart);
-    is_possible = std::isfinite(way) && judge.half.maxCoeff() < 0x1p1010L;
-    for (S& x : one.points) x = (x + farthest) - farthest;
-    for (int copy = 0; copy < kCount; ++copy) {
-      const S shift[] = {way * S(copy % kSide), way * S(copy / kSide % kSide),
-                         way * S(copy / kSide / kSide)};
-      const std::size_t first = all.pointCount();
-      for (std::size_t i = 0; i < one.points.size(); ++i) {
-        const S x = one.points[i] + shift[i % 3];
-        is_possible = is_possible && x - shift[i % 3] == one.points[i];
-        all.points.push_back(x);
-      }
-      all.radii.insert(all.radii.end(), one.radii.begin(), one.radii.end());
-      for (std::size_t f = 1; f <= one.fiberCount(); ++f) {
-        all.point_begin.push_back(first + one.point_begin[f]);
-      }
-    }
-  }
-
-  Assembly<S> one, all;
-  bool is_possible;
-};
-
 template <typename S>
 void expectThreads(const ExtremeRow<S>& row) {
-  const Judge<S> of_row(row);
-  const Copies<S> copies(of_row);
+  constexpr int kSide = 3;
+  const Copies<S> copies(row.fibers, row.margin, kSide);
   // Copies would be beyond the range of double, or within a margin of half that range.
   const bool is_impossible =
       (std::is_same_v<S, double> && row.name == "NearOverflow") || row.name == "MarginNearOverflow";
@@ -201,7 +169,7 @@ void expectThreads(const ExtremeRow<S>& row) {
   const TouchOracle truth(copies.all.capsules());
   const auto segments = static_cast<std::int32_t>(judge.truth.size());
   std::vector<NumberPair> touching;
-  for (std::int32_t copy = 0; copy < Copies<S>::kCount; ++copy) {
+  for (std::int32_t copy = 0; copy < kSide * kSide * kSide; ++copy) {
     for (const NumberPair& pair : judge.touching()) {
       touching.push_back({copy * segments + pair.a, copy * segments + pair.b});
     }

@@ -14,6 +14,7 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include "numerics/extreme_rows.h"
+#include "numerics/row_copies.h"
 #include "numerics/specimen.h"
 #include "support/exact_geometry.h"
 
@@ -53,15 +54,10 @@ class Judge {
       points.push_back(static_cast<std::int32_t>(point));
       exact.push_back(roundedCapsule(fibers.capsule(point)));
     });
-    Point low = exact.front().a, high = low;
-    for (const ExactCapsule& capsule : exact) {
-      const ExactBox box = boxOf(capsule);
-      low = low.cwiseMin(box.min);
-      high = high.cwiseMax(box.max);
-    }
+    const ExactBox box = boxAround(fibers);
     touching_ = touchingPairs(truth, row.margin);
-    middle = (low + high) / 2;
-    half = (high - low) / 2;
+    middle = (box.min + box.max) / 2;
+    half = (box.max - box.min) / 2;
     // What is flushed to zero is off by as much as that may be.
     least = row.environment.flushes_to_zero ? 16 * Real(std::numeric_limits<S>::min())
                                             : 16 * Real(std::numeric_limits<double>::denorm_min());
