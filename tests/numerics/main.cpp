@@ -19,6 +19,7 @@
 #include "numerics/manager_differential.h"
 #include "numerics/object_order.h"
 #include "numerics/recorded_scenes.h"
+#include "numerics/row_times.h"
 #include "numerics/touch_decisions.h"
 
 namespace fcl_fibers::test {
@@ -163,6 +164,8 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
 
   CLI::App* rows = app.add_subcommand("rows", "The table of docs/numerics.md, as measured");
+  CLI::App* times = app.add_subcommand(
+      "times", "How many times as long as an ordinary scene each row takes, float / double");
 
   double decisions = 1e10;
   std::size_t capsules = 1500;
@@ -216,6 +219,10 @@ int main(int argc, char** argv) {
   try {
     if (*rows) {
       std::cout << test::rowsTable();
+      return EXIT_SUCCESS;
+    }
+    if (*times) {
+      std::cout << test::rowTimesTable();
       return EXIT_SUCCESS;
     }
     if (*touches) return test::runTouches(pairs, seed);
