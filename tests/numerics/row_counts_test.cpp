@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <string>
+#include <variant>
+
+#include "arrays/fiber_index.h"
+#include "numerics/row_scenes.h"
+#include "support/volume_tests.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+/// What a query does, each per segment and pair that touches.
+struct Work {
+  double volume_tests, capsule_tests;
+};
+
+template <typename S>
+Work workOf(const ExtremeRow<S>& row, const Assembly<S>& fibers) {
+  const auto touching = static_cast<double>(countPairs(row, fibers));
+  const ScopedFloatEnvironment scoped(row.environment);
+  arrays::FiberIndex index(usualOptions(row.margin));
+  index.build(fibers.view());
+  const VolumeTests tests =
+      std::visit([](const auto& tree) { return countVolumeTests(tree); }, index->tree());
+  const double all = static_cast<double>(index.segments().size()) + touching;
+  return {static_cast<double>(tests.tests) / all, static_cast<double>(tests.pairs) / all};
+}
+
+/// By how much the capsule tests of a row may exceed those of an ordinary scene of its size.
+double mostCapsuleTests(const std::string& row) {
+  // A part of these, or of one of their copies, is far smaller than its distance from the median
+  // segment. To boxes, which are of float, it is one point, so all pairs of the part are tested.
+  return row == "SubnormalBesideNormal" || row == "SizesFarApart" ? 25 : 8;
+}
+
+class RowCounts : public testing::TestWithParam<std::size_t> {
+ protected:
+  template <typename S>
+  static void expectLittleWork() {
+    constexpr std::size_t kWanted = 2000;
+    const ExtremeRow<S>& row = extremeRows<S>()[GetParam()];
+    if (!row.environment.isPossible()) {
+      GTEST_SKIP() << "no SSE2, which flushes subnormals to zero";
+    }
+    const Assembly<S> fibers = repeated(row, kWanted);
+    const Work work = workOf(row, fibers);
+    const Work usual = workOf(extremeRows<S>().front(), ordinary<S>(fibers.capsules().size()));
+    EXPECT_LT(work.volume_tests, 5 * usual.volume_tests);
+    EXPECT_LT(work.capsule_tests, mostCapsuleTests(row.name) * usual.capsule_tests);
+  }
+};
+
+// If these fail, a scene at an extreme takes far longer than others of its size, although its
+// answer is right. The counts stand for the times in docs/numerics.md.
+TEST_P(RowCounts, Float) { expectLittleWork<float>(); }
+TEST_P(RowCounts, Double) { expectLittleWork<double>(); }
+
+INSTANTIATE_TEST_SUITE_P(Rows, RowCounts,
+                         testing::Range(std::size_t{0}, extremeRows<double>().size()),
+                         [](const testing::TestParamInfo<std::size_t>& info) {
+                           return extremeRows<double>()[info.param].name;
+                         });
+
+}  // namespace
+}  // namespace fcl_fibers::test
