@@ -183,6 +183,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// query. The call returns whether `visit` ended it. The order depends only on the arrays that
   /// were passed to the builds and updates, and on the poses of meshes.
   ///
+  /// Of a tree, Pairs, Impacts and MovingPairs are handed on while the search goes on, so `visit`
+  /// can end it early. Contacts, and Pairs in an order, are all found before the first call.
+  /// visitInParallel() waits for neither.
+  ///
   /// If another tree is the partner, a is a segment of this tree and b one of the other. The report
   /// and the margin of this tree count. No pair is left out as neighbours or as one group. For
   /// questions about a step, the other one was updated with a step too; if it rests, with the same
@@ -228,6 +232,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
 
   /// Replaces the content of `found` by everything that visit() would be called with. The vector
   /// keeps its memory for the next call, and its content if the call is refused.
+  ///
+  /// There is no limit to what is found. If a radius is far too large, all segments touch: the
+  /// pairs of 10^5 take 40 GB. A program that does not know its fibers calls visit(), and ends the
+  /// query after as many as it can use.
   template <class Question, class Partner, class Found>
   void find(const Question& question, const Partner& partner, std::vector<Found>& found) const {
     requireAnswer<Question, Partner>();
@@ -336,7 +344,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// mesh, or this tree, whose neighbours and groups are left out. If something touches, it is the
   /// deepest contact, which has the least, negative distance. The margin does not count. Of equal
   /// distances that of the least pair of names counts. If there is no pair, the distance is
-  /// infinite and the segments are -1. Threads share the work where something touches.
+  /// infinite and the segments are -1. Threads share the work where something touches. All pairs
+  /// that touch are kept to find it.
   ///
   ///     const Contact c = tree.closest(Contacts{fibers, &others}, other_tree);
   ///     if (c.distance < 0.1) slowDown(c.a.fiber, c.b.fiber);
