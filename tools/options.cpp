@@ -342,14 +342,17 @@ void addTrade(CLI::App& command, Arguments& arguments) {
   command.footer(
       "Turns each option of a FiberTree from its default" +
       std::string(arguments.generated.make ? ", and asks FCL's managers" : "") +
-      ".\nEvery answer is compared with the distances of all pairs, or of a random sample if there "
-      "are too\nmany. A contact is a pair that touches, other than near along one fiber. A false "
-      "pair "
-      "is reported\nand is no contact. The program then prints the lines that set the fastest way "
-      "that --miss, --false\nand --budget allow. If only a sample was judged, --miss counts with a "
-      "bound of 97.5 % confidence. A\nsetting ends if a frame takes longer than --longest or finds "
-      "more than 10,000,000 pairs. The next run\nof the same scene goes on with a run that was "
-      "stopped.");
+      ".\nEvery answer is compared with the distances of all pairs, or of a random sample if "
+      "there\nare "
+      "too many. A contact is a pair that touches, other than near along one fiber. A false\npair "
+      "is "
+      "reported and is no contact. The program then prints the lines that set the fastest\nway "
+      "that "
+      "--miss, --false and --budget allow. If only a sample was judged, --miss counts with\na "
+      "bound of "
+      "97.5 % confidence. A setting ends if a frame takes longer than --longest or finds\nmore "
+      "than "
+      "10,000,000 pairs. The next run of the same scene goes on with a run that was stopped.");
 }
 
 void addView(CLI::App& command, Arguments& arguments) {
