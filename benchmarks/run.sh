@@ -8,7 +8,7 @@
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arms, arrays,
 #              growth, obstacles, motion, pairs that live. 57 minutes without the last. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
-#   --trade    docs/trade.md: what options cost and miss on ten kinds of scene, and narrow phases. 40 minutes.
+#   --trade    docs/trade.md: what options cost and miss on ten kinds of scene, and narrow phases. 20 minutes.
 #              It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
 #   --paper    the paper's Table I, figures, pictures and claims. 110 minutes. --full adds finer curves
 #   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
@@ -19,7 +19,8 @@
 #   --threads  docs/threads.md: what 2, 4, ... and all cores of the machine gain. 3 minutes
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
 #              or trade_yarn of --trade. It keeps the other results of the set
-#   --hair     the fibers of a file instead of the scenes. --radius is their radius in the file's unit, for a file without radii
+#   --hair     the fibers of a file instead of the scenes.
+#              --radius is their radius in the file's unit, for a file without radii
 #
 # It first installs missing packages and builds. All times are of 2 cores and do not include the build.
 # Results, tables, picture and page go to build/benchmarks/results. To write the tables into the docs:

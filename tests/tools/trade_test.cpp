@@ -410,13 +410,21 @@ TEST(Settings, FindWhatTheyPromise) {
 
 // Where thin fibers are beside thick ones, the default would leave out contacts of the thin ones.
 TEST(Settings, TheDefaultMissesNothingWhereRadiiDiffer) {
-  Scene scene = {tangle(30, 64, 0.02, 10), tangle(30, 64, 0.02, 11)};
-  for (std::size_t i = 0; i < scene.fibers.points.size(); ++i) {
-    scene.fibers.radii.push_back(i < scene.fibers.points.size() / 2 ? 0.1 : 0.05);
+  Scene scene;
+  // A thick fiber that is straight, and a thin one that turns back: between its first and its last
+  // segment lie 0.29, which is more than half a circle of thin radii and less than one of thick
+  // ones.
+  for (int i = 0; i <= 5; ++i) scene.fibers.points.push_back({0.1 * i, 5, 0});
+  for (const auto& [x, y] :
+       {std::pair(0.0, 0.0), {0.1, 0.0}, {0.2, 0.0}, {0.2, 0.09}, {0.1, 0.09}, {0.0, 0.09}}) {
+    scene.fibers.points.push_back({x, y, 0});
   }
-  scene.before.radii = scene.fibers.radii;
+  scene.fibers.point_begin = {0, 6, 12};
+  for (int i = 0; i < 12; ++i) scene.fibers.radii.push_back(i < 6 ? 0.1 : 0.05);
+  scene.before = scene.fibers;
   const Verdict verdict = judge(scene, kAll, kSilent);
   ASSERT_TRUE(verdict.has_pairs_along);
+  EXPECT_THAT(pairsOf(verdict.contacts), testing::Contains(Pair{6, 10}));
   const Setting setting = settingsOf(scene, verdict).front();
   const std::unique_ptr<Trial> trial = setting.make();
   Deadline deadline(1e9);

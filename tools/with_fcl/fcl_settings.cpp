@@ -252,7 +252,7 @@ std::string codeOf(const FiberTreeOptions& options, const char* manager) {
   std::string lines = "FiberManagerOptions options;\noptions.report = Report::kCapsules;\n";
   lines += fmt::format("options.ignored_neighbors = {};\n", options.ignored_neighbors);
   if (options.ignored_arc_length > 0) {
-    lines += fmt::format("options.ignored_arc_length = {:.6g};\n", options.ignored_arc_length);
+    lines += fmt::format("options.ignored_arc_length = {};\n", options.ignored_arc_length);
   }
   return lines + fmt::format("{} manager(options);\n", manager);
 }
