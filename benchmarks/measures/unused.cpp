@@ -12,6 +12,7 @@
 
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/sphere.h>
 
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/live_pairs.h>
@@ -176,6 +177,7 @@ void registerManagers(const std::array<FiberPolylines, 2>& frames) {
   registerBoth("objects/margins in boxes, none", without, managerWay(frames, shapes));
   add("a half-space below",
       managerWay(frames, plain, std::make_shared<fcl::Halfspaced>(fcl::Vector3d(0, 0, 1), -1e4)));
+  add("a sphere far away", managerWay(frames, plain, std::make_shared<fcl::Sphered>(1.0)));
   add("a cylinder far away", managerWay(frames, plain, std::make_shared<fcl::Cylinderd>(1.0, 1.0)));
   for (const int triangles : {1000, 100000}) {
     add("a mesh of " + tools::countText(static_cast<std::size_t>(triangles)) +

@@ -195,6 +195,7 @@ class BlockBuilder {
   void split(Block block, Block& first, Block& second) {
     int axis = 0;
     const double across = extentAcross(block, axis);
+    if (splitOffStray(block, axis, across, first, second)) return;
     const bool can_split_along = block.segments > block.strands();
     if (block.strands() == 1 || (can_split_along && extentAlong(block) >= across)) {
       splitAlong(block, first, second);
@@ -301,6 +302,39 @@ class BlockBuilder {
     std::int32_t unit = kArity;
     while (unit > 1 && 2 * unit > count) unit /= 2;
     return (count / unit + 1) / 2 * unit;
+  }
+
+  /// Parts the strands that are far from all others along an axis from these, if there are few.
+  /// Otherwise a single one would stretch every block that it is in, so that the blocks beside it
+  /// would be slabs across its direction.
+  bool splitOffStray(const Block& block, int axis, double extent, Block& first, Block& second) {
+    constexpr std::int32_t kSamples = 16, kLeast = 64, kMostPart = 8;
+    const std::int32_t count = block.strands();
+    if (count < kLeast) return false;
+    const auto k = static_cast<std::size_t>(axis);
+    const auto place = [k](const Strand& s) { return double{s.middle[k]}; };
+    double low = place(*at(block.begin)), high = low;
+    for (std::int32_t i = 1; i < kSamples; ++i) {
+      const double x = place(*at(block.begin + i * (count / kSamples)));
+      low = std::min(low, x);
+      high = std::max(high, x);
+    }
+    // At most half of the extent is left, so a tree gets no deeper than there are scales.
+    if (extent <= 4 * (high - low)) return false;
+    const double room = extent / 8;
+    const auto isNear = [&](const Strand& s) {
+      return place(s) >= low - room && place(s) <= high + room;
+    };
+    Strand *const begin = at(block.begin), *const end = at(block.end);
+    const std::ptrdiff_t strays = (end - begin) - std::count_if(begin, end, isNear);
+    if (strays == 0 || strays > count / kMostPart) return false;
+    const Strand* const middle = std::stable_partition(begin, end, isNear);
+    std::int32_t segments = 0;
+    for (const Strand* s = middle; s < end; ++s) segments += s->end - s->begin;
+    const auto half = static_cast<std::int32_t>(block.end - strays);
+    first = {block.begin, half, block.segments - segments};
+    second = {half, block.end, segments};
+    return true;
   }
 
   /// Splits each strand in half. A strand of one segment goes to the first half.

@@ -5,8 +5,11 @@
 #include <string>
 #include <variant>
 
+#include <Eigen/Core>
+
 #include "arrays/fiber_index.h"
 #include "numerics/row_scenes.h"
+#include "scenes/helix.h"
 #include "support/volume_tests.h"
 
 namespace fcl_fibers::test {
@@ -63,6 +66,37 @@ INSTANTIATE_TEST_SUITE_P(Rows, RowCounts,
                          [](const testing::TestParamInfo<std::size_t>& info) {
                            return extremeRows<double>()[info.param].name;
                          });
+
+/// A strand of hair, which is far longer than thick.
+Assembly<double> strandOfHelices() {
+  const FiberPolylines scene = scenes::makeHelix({});
+  Assembly<double> fibers;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const auto begin = scene.points.begin();
+    const auto from = static_cast<std::ptrdiff_t>(scene.point_begin[f]),
+               to = static_cast<std::ptrdiff_t>(scene.point_begin[f + 1]);
+    fibers.addFiber({begin + from, begin + to}, scene.radius);
+  }
+  return fibers;
+}
+
+TEST(RowCountsWithAStrayFiber, AreThoseWithoutIt) {
+  // If this fails, an object far away, as a ball on the ground or a fiber that has exploded, makes
+  // slabs of the blocks of all others, and a query takes a third longer.
+  for (const auto& direction : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-3, 2, 9)}) {
+    for (const double away : {10.0, 1e3, 1e30}) {
+      SCOPED_TRACE(away);
+      const auto& row = extremeRows<double>().front();
+      Assembly<double> fibers = strandOfHelices();
+      const Work usual = workOf(row, fibers);
+      const Eigen::Vector3d a = away * direction;
+      fibers.addBall({a.x(), a.y(), a.z()}, 1e-5);
+      const Work work = workOf(row, fibers);
+      EXPECT_LT(work.volume_tests, 1.02 * usual.volume_tests);
+      EXPECT_LT(work.capsule_tests, 1.02 * usual.capsule_tests);
+    }
+  }
+}
 
 }  // namespace
 }  // namespace fcl_fibers::test
