@@ -233,9 +233,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// Replaces the content of `found` by everything that visit() would be called with. The vector
   /// keeps its memory for the next call, and its content if the call is refused.
   ///
-  /// There is no limit to what is found. If a radius is far too large, all segments touch: the
-  /// pairs of 10^5 take 40 GB. A program that does not know its fibers calls visit(), and ends the
-  /// query after as many as it can use.
+  /// If a radius is far too large, all segments touch, and the pairs of 10^5 would take 40 GB. So
+  /// this, and all other calls that keep what they find, throw std::length_error once that is more
+  /// than 1 GiB and more than 256 for each segment of this tree. Then, as after std::bad_alloc, the
+  /// vector has some of what was found. visit() of Pairs and visitInParallel() keep nothing.
   template <class Question, class Partner, class Found>
   void find(const Question& question, const Partner& partner, std::vector<Found>& found) const {
     requireAnswer<Question, Partner>();

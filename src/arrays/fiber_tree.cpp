@@ -71,18 +71,6 @@ struct Call {
   }
 };
 
-/// Replaces the content of a vector by what search(output) finds.
-template <class Found, class Search>
-void collect(UnwrittenVector<Found>& all, Search&& search) {
-  const arrays::Room room = [&all](std::size_t count) {
-    if (count > all.size()) all.resize(count);
-    return static_cast<void*>(all.data());
-  };
-  Output output(room);
-  search(output);
-  all.resize(output.count());
-}
-
 bool isNearer(const Contact& p, const Contact& q) {
   return std::tie(p.distance, p.pair.a, p.pair.b) < std::tie(q.distance, q.pair.a, q.pair.b);
 }
@@ -133,11 +121,11 @@ class FiberTree::Impl {
     using Found = FoundBy<Pairs, Partner>;
     if (output.delivery() != PairSink::Delivery::kPlaced) {
       UnwrittenVector<Found> all;
-      collect(all, [&](Output& found) { answerInOrder(call, question, partner, found); });
+      collect(call, all, [&](Output& found) { answerInOrder(call, question, partner, found); });
       return !all.empty() && output.take(all.data(), all.size(), 0);
     }
     search(call, question, partner, output);
-    output.makeRoom(0);  // behind all
+    output.makeRoom<Found>(0);  // behind all
     const std::size_t count = output.count();
     Found* const all = output.at<Found>(0) - count;
     if constexpr (std::is_same_v<Partner, FiberTree>) {
@@ -147,11 +135,22 @@ class FiberTree::Impl {
     }
     return false;
   }
+  /// Replaces the content of a vector by what search(output) finds.
+  template <class Found, class Search>
+  void collect(const Call& call, UnwrittenVector<Found>& all, Search&& search) const {
+    const arrays::Room room = [&all](std::size_t count) {
+      if (count > all.size()) all.resize(count);
+      return static_cast<void*>(all.data());
+    };
+    Output output(room, call.text(), index_->leaves().size());
+    search(output);
+    all.resize(output.count());
+  }
   template <class Partner>
   UnwrittenVector<FoundBy<Pairs, Partner>> pairs(const Call& call, Order order,
                                                  const Partner& partner) const {
     UnwrittenVector<FoundBy<Pairs, Partner>> pairs;
-    collect(pairs, [&](Output& found) { answer(call, Pairs{order}, partner, found); });
+    collect(call, pairs, [&](Output& found) { answer(call, Pairs{order}, partner, found); });
     return pairs;
   }
   /// Computes the contacts of what is found on the thread that finds it.
@@ -293,14 +292,14 @@ class FiberTree::Impl {
                     UnwrittenVector<SegmentPair>& pairs) const {
     const std::shared_ptr<const Impl> held = partner.impl();
     call.require(index_.problem(/*needs_capsules=*/true));
-    collect(pairs, [&](Output& found) { search(call, Pairs{}, partner, found); });
+    collect(call, pairs, [&](Output& found) { search(call, Pairs{}, partner, found); });
     if (pairs.empty()) arrays::findClosest(call.text(), index_, held->index_, pairs);
   }
   void closestPairs(const Call& call, const TriangleMesh& partner,
                     UnwrittenVector<TrianglePair>& pairs) const {
     call.require(index_.problem(/*needs_capsules=*/true));
     const index::PosedMesh mesh(placed(call, partner), index_->frame());
-    collect(pairs, [&](Output& found) {
+    collect(call, pairs, [&](Output& found) {
       handOn<TrianglePair>(
           found, nullptr, [&](PairSink& sink) { return index_->search(mesh, /*margin=*/0, sink); });
     });
@@ -480,7 +479,8 @@ bool FiberTree::ask(const Query& query, const Take& take) const {
   return Impl::answer(*this, query, output);
 }
 std::size_t FiberTree::fill(const Query& query, const Room& room) const {
-  Output output(room);
+  const Call call{query.call, kQuestions[query.question.index()]};
+  Output output(room, call.text(), segmentCount());
   Impl::answer(*this, query, output);
   return output.count();
 }
@@ -499,6 +499,7 @@ void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner
   const Call call{"find", "Contacts"};
   const auto held = own->hold(call, question, partner);
   const auto pairs = own->pairs(call, question.order, partner);
+  index::requireFew(call.text(), pairs.size(), sizeof(Found), own->index()->leaves().size());
   contacts.resize(pairs.size());
   own->compute(held, pairs.data(), pairs.size(), contacts.data());
 }

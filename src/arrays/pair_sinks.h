@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -79,7 +80,9 @@ class Output {
   using Delivery = index::PairSink::Delivery;
 
   Output(Delivery delivery, const Take& take) : delivery_(delivery), take_(&take) {}
-  explicit Output(const Room& room) : delivery_(Delivery::kPlaced), room_(&room) {}
+  /// @param call  what keeps all that is found, of so many segments
+  Output(const Room& room, std::string call, std::size_t segments)
+      : delivery_(Delivery::kPlaced), room_(&room), call_(std::move(call)), segments_(segments) {}
 
   Delivery delivery() const { return delivery_; }
   /// Calls take(), unless the delivery is kPlaced. Once it has returned true or thrown on any
@@ -94,8 +97,15 @@ class Output {
     }
     return has_ended_;
   }
+  /// Throws if so many more are hopelessly many, if the delivery is kPlaced.
+  template <class Found>
+  void requireRoom(std::size_t count) const {
+    index::requireFew(call_, count_ + count, sizeof(Found), segments_);
+  }
   /// Makes room for so many more, if the delivery is kPlaced.
+  template <class Found>
   void makeRoom(std::size_t count) {
+    requireRoom<Found>(count);
     begin_ = count_;
     count_ += count;
     all_ = (*room_)(count_);
@@ -111,6 +121,8 @@ class Output {
   const Delivery delivery_;
   const Take* take_ = nullptr;
   const Room* room_ = nullptr;
+  const std::string call_;
+  const std::size_t segments_ = 0;
   std::atomic<bool> has_ended_{false};
   std::size_t begin_ = 0, count_ = 0;
   void* all_ = nullptr;
@@ -159,7 +171,8 @@ class SinkTo final : public index::PairSink {
     }
     return tree::Visit::kContinue;
   }
-  void makeRoom(std::size_t count) override { output_.makeRoom(count); }
+  void requireRoom(std::size_t count) const override { output_.requireRoom<Found>(count); }
+  void makeRoom(std::size_t count) override { output_.makeRoom<Found>(count); }
   void place(std::size_t begin, const index::PairRun& run) const override {
     convert(run, 0, run.count, output_.at<Found>(begin));
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "geometry/impact.h"
@@ -17,6 +18,11 @@ struct PairRun {
   std::size_t count;
   int worker = 0;  ///< the number of the thread, below Executor::threads(); 0 is the caller's
 };
+
+/// Throws std::length_error if a call that keeps what it finds has found more than 1 GiB, and more
+/// than 256 for each segment: then about everything touches everything.
+void requireFew(const std::string& call, std::size_t found, std::size_t bytes_of_each,
+                std::size_t segments);
 
 /// Receives the pairs of a search.
 class PairSink {
@@ -37,8 +43,11 @@ class PairSink {
 
   virtual tree::Visit take(const PairRun& run) = 0;
 
-  /// If the delivery is kPlaced: makes room for so many more pairs. Then each has its place, from 0
-  /// on, behind those that came before.
+  /// If the delivery is kPlaced: throws if the sink does not keep so many pairs of one search. It
+  /// is asked on the threads that find them, so that the search ends early.
+  virtual void requireRoom(std::size_t /*count*/) const {}
+  /// Makes room for so many more pairs. Then each has its place, from 0 on, behind those that came
+  /// before.
   virtual void makeRoom(std::size_t /*count*/) {}
   virtual void place(std::size_t /*begin*/, const PairRun& /*run*/) const {}
 

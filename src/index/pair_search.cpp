@@ -5,6 +5,8 @@
 #include <condition_variable>
 #include <limits>
 #include <queue>
+#include <stdexcept>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -15,6 +17,17 @@ using tree::Pair;
 using tree::TraversalTask;
 using tree::Visit;
 using Delivery = PairSink::Delivery;
+
+void requireFew(const std::string& call, std::size_t found, std::size_t bytes_of_each,
+                std::size_t segments) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 30, kMostOfSegment = 256;
+  if (found <= kMostBytes / bytes_of_each || found / kMostOfSegment <= segments) return;
+  throw std::length_error("fcl_fibers: " + call + ": " + std::to_string(segments) +
+                          " segments have more than " + std::to_string(found - 1) +
+                          " pairs, which are more than 256 for each and 1 GiB; see whether the "
+                          "radii and the margin have the unit of the points, or call visit(Pairs) "
+                          "or visitInParallel(), which keep no pairs");
+}
 
 Visit SerialBuffer::full() {
   if (stopped_ != nullptr && *stopped_) return Visit::kStop;
@@ -189,7 +202,9 @@ class ParallelSearch {
       return search_.sink_.sift(pairs, impacts, count);
     }
     Visit take(const PairRun& run) override {
-      search_.waiting_pairs_.fetch_add(run.count, std::memory_order_relaxed);
+      const std::size_t waited =
+          search_.waiting_pairs_.fetch_add(run.count, std::memory_order_relaxed);
+      if (search_.delivery_ == Delivery::kPlaced) search_.sink_.requireRoom(waited + run.count);
       for (std::size_t taken = 0; taken < run.count;) {
         if (block_ == nullptr || block_->count == FoundBlock::kCapacity) {
           block_ = search_.anotherBlock(block_, run.impacts != nullptr);

@@ -28,7 +28,8 @@ bool isBefore(const Pair& p, const Pair& q) { return p.a != q.a ? p.a < q.a : p.
 /// Puts what a search finds into a list.
 class ListSink final : public index::PairSink {
  public:
-  ListSink(const Pairing& pairing, Entries& entries) : pairing_(pairing), entries_(entries) {}
+  ListSink(const Pairing& pairing, std::size_t segments, Entries& entries)
+      : pairing_(pairing), segments_(segments), entries_(entries) {}
 
   Delivery delivery() const override { return Delivery::kPlaced; }
   std::size_t sift(Pair* pairs, geometry::Impact* /*impacts*/, std::size_t count) const override {
@@ -39,7 +40,11 @@ class ListSink final : public index::PairSink {
     place(0, run);
     return tree::Visit::kContinue;
   }
+  void requireRoom(std::size_t count) const override {
+    index::requireFew("live pairs", entries_.size() + count, sizeof(Entry), segments_);
+  }
   void makeRoom(std::size_t count) override {
+    requireRoom(count);
     begin_ = entries_.size();
     entries_.resize(begin_ + count);
   }
@@ -50,6 +55,7 @@ class ListSink final : public index::PairSink {
 
  private:
   const Pairing& pairing_;
+  const std::size_t segments_;
   Entries& entries_;
   std::size_t begin_ = 0;
 };
@@ -314,11 +320,11 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
   ++counts_.listings;
   listed.clear();
   gone.clear();
-  ListSink sink(pairing, listed);
-  const Counter seen;
-  pairing.search(skin, seen, sink);
   std::size_t segments = 0;
   for (int i = 0; i < pairing.sideCount(); ++i) segments += pairing.side(i).order->size();
+  ListSink sink(pairing, segments, listed);
+  const Counter seen;
+  pairing.search(skin, seen, sink);
   if (pairing.triangles() != nullptr) {
     skin_.setMeshSearch(segments, touching_count_);
   } else {

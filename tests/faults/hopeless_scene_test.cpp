@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/live_pairs.h>
 #include <tbb/global_control.h>
 
 #include "support/allocation_faults.h"
@@ -76,6 +80,62 @@ TEST(HopelessScene, LetsAVisitorEndTheQuerySoon) {
     expectVisitInParallelEnds("MovingPairs in parallel", MovingPairs{});
     expectVisitInParallelEnds("Contacts in parallel", Contacts{fibers.view()});
   }
+}
+
+/// Expects that a call ends with an error that tells what to look at, before it has found all of
+/// the five billion pairs, which take 40 GB.
+void expectRefuses(const char* call, const std::function<void()>& ask) {
+  SCOPED_TRACE(call);
+  const PeakMemory peak;
+  try {
+    ask();
+    FAIL() << "it found all pairs";
+  } catch (const std::length_error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr(std::string("fcl_fibers: ") + call));
+    EXPECT_THAT(error.what(), testing::HasSubstr("unit of the points"));
+  }
+  EXPECT_LE(peak.bytes(), std::size_t{4} << 30);
+}
+
+TEST(HopelessScene, EndsWhatKeepsAllPairs) {
+  // If this fails, the operating system ends a program whose radii are in the wrong unit, or it
+  // waits for a memory that is full.
+  const tbb::global_control most_threads(tbb::global_control::max_allowed_parallelism, 8);
+  const Assembly<float> fibers = hopelessScene(100'000);
+  const Contacts contacts{fibers.view()};
+  std::vector<SegmentPair> pairs;
+  std::vector<Contact> found;
+  {
+    FiberTree tree;
+    tree.build(fibers.view());
+    expectRefuses("FiberTree::find(Pairs)", [&] { tree.find(Pairs{}, pairs); });
+    expectRefuses("FiberTree::visit(Pairs)",
+                  [&] { tree.visit(Pairs{Order::kSegments}, [](SegmentPair) { FAIL(); }); });
+  }
+  FiberTreeOptions options;
+  options.threads = 3;
+  FiberTree tree(options);
+  tree.build(fibers.view());
+  tree.update(fibers.view(), fibers.view());
+  std::vector<Impact> impacts;
+  expectRefuses("FiberTree::find(Impacts)", [&] { tree.find(Impacts{}, impacts); });
+  expectRefuses("FiberTree::find(Contacts)", [&] { tree.find(contacts, found); });
+  expectRefuses("FiberTree::closest", [&] { tree.closest(contacts); });
+  LivePairs live(tree);
+  expectRefuses("live pairs", [&] { live.update(); });
+}
+
+TEST(HopelessScene, IsNoneWithAsManyPairsAsAnyoneNeeds) {
+  // 5,000 segments that all touch have 12 million pairs, which fill no memory. Their contacts do.
+  const Assembly<float> fibers = hopelessScene(5'000);
+  FiberTree tree;
+  tree.build(fibers.view());
+  std::vector<SegmentPair> pairs;
+  tree.find(Pairs{}, pairs);
+  EXPECT_EQ(pairs.size(), 5'000u * 4'999u / 2);
+  std::vector<Contact> contacts;
+  expectRefuses("FiberTree::find(Contacts)", [&] { tree.find(Contacts{fibers.view()}, contacts); });
+  EXPECT_LT(tree.closest(Contacts{fibers.view()}).distance, -19);
 }
 
 }  // namespace
