@@ -83,6 +83,12 @@ double degreesBetween(const Point& p, const Point& q) {
 
 bool isNull(const Point& p) { return p == Point{}; }
 
+/// The piece of the sample by which a pair of two segments came into it last.
+std::size_t pieceOf(const std::vector<std::size_t>& sample, std::int32_t a, std::int32_t b) {
+  const auto of = [&](std::int32_t i) { return sample[static_cast<std::size_t>(i)]; };
+  return b == kAMesh ? of(a) : std::max(of(a), of(b));
+}
+
 }  // namespace
 
 double radiusOf(const FiberPolylines& fibers, const Touch& touch) {
@@ -91,7 +97,12 @@ double radiusOf(const FiberPolylines& fibers, const Touch& touch) {
 }
 
 double mostHidden(const Verdict& verdict) {
-  return verdict.isWhole() ? 0 : upperBound(0, verdict.effective_count);
+  if (verdict.isWhole()) return 0;
+  EffectiveCount contacts;
+  for (const Touch& touch : verdict.contacts) {
+    contacts.add(pieceOf(verdict.sample, touch.a, touch.b), verdict.weightOf(touch.a, touch.b));
+  }
+  return upperBound(0, contacts.get());
 }
 
 Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setting,
@@ -117,25 +128,31 @@ Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setti
   }
   const Beside beside = is_coarser ? besideOf(scene.fibers, *setting.segment_of) : Beside();
   double weight = 0, missed_weight = 0;
+  EffectiveCount contacts;
   for (std::size_t i = 0; i < verdict.contacts.size(); ++i) {
-    const double of_one = verdict.weightOf(verdict.contacts[i].a, verdict.contacts[i].b);
+    const Touch& touch = verdict.contacts[i];
+    const double of_one = verdict.weightOf(touch.a, touch.b);
     weight += of_one;
+    contacts.add(pieceOf(verdict.sample, touch.a, touch.b), of_one);
     if (has(names, true_names[i], beside)) continue;
     ++outcome.missed;
     missed_weight += of_one;
   }
   outcome.missed_share = weight > 0 ? missed_weight / weight : 0;
-  outcome.most_missed = verdict.isWhole()
-                            ? outcome.missed_share
-                            : upperBound(outcome.missed_share, verdict.effective_count);
+  const auto mostOf = [&](double share, const EffectiveCount& pairs) {
+    return verdict.isWhole() ? share : upperBound(share, pairs.get());
+  };
+  outcome.most_missed = mostOf(outcome.missed_share, contacts);
 
-  // Segments of the trial all of whose neighbourhood is in the sample.
-  std::vector<bool> is_judged(verdict.in_sample.size(), true);
+  // Segments of the trial all of whose neighbourhood is in the sample, and one of their pieces.
+  std::vector<bool> is_judged(verdict.sample.size(), true);
+  std::vector<std::size_t> piece(verdict.sample.size());
   for (std::size_t f = 0; f < scene.fibers.fiberCount(); ++f) {
     for (std::size_t n = 0; n < scene.fibers.segmentCount(f); ++n) {
       const std::size_t i = scene.fibers.point_begin[f] + n;
-      if (verdict.in_sample[i] != 0) continue;
       const auto segment = static_cast<std::size_t>(own(static_cast<std::int32_t>(i)));
+      piece[segment] = std::max(piece[segment], verdict.sample[i]);
+      if (verdict.sample[i] != 0) continue;
       is_judged[segment] = false;
       if (!is_coarser) continue;
       for (const std::int32_t k : beside[segment]) is_judged[static_cast<std::size_t>(k)] = false;
@@ -150,6 +167,7 @@ Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setti
   }
   std::sort(true_names.begin(), true_names.end());
   double judged_weight = 0, wrong_weight = 0;
+  EffectiveCount judged;
   for (const Name& name : names) {
     const bool a = isJudged(name.first), b = isJudged(name.second);
     if (!a && !b) continue;
@@ -157,11 +175,13 @@ Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setti
     const double of_one = (a && b) || name.second == kAMesh ? 1 : 0.5;
     ++outcome.judged;
     judged_weight += of_one;
+    judged.add(pieceOf(piece, name.first, name.second), of_one);
     if (has(true_names, name, beside)) continue;
     ++outcome.wrong;
     wrong_weight += of_one;
   }
   outcome.false_share = judged_weight > 0 ? wrong_weight / judged_weight : 0;
+  outcome.most_false = mostOf(outcome.false_share, judged);
 
   // A pair is compared with the deepest of the contacts that its segments have.
   std::sort(deepest.begin(), deepest.end(), [](const auto& p, const auto& q) {

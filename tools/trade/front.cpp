@@ -155,8 +155,8 @@ const Row* choose(const std::vector<Row>& rows, const Wish& wish) {
   for (const Row& row : rows) {
     const Outcome& outcome = row.outcome;
     const double missed = wish.missed > 0 ? outcome.most_missed : outcome.missed_share;
-    const bool fits = !outcome.is_ended && missed <= wish.missed &&
-                      outcome.false_share <= wish.wrong &&
+    const double wrong = wish.wrong > 0 ? outcome.most_false : outcome.false_share;
+    const bool fits = !outcome.is_ended && missed <= wish.missed && wrong <= wish.wrong &&
                       (!wish.seconds || outcome.seconds <= *wish.seconds);
     if (fits && (best == nullptr || kNoise * outcome.times < best->outcome.times)) best = &row;
   }

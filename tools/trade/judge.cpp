@@ -90,7 +90,7 @@ class Judge {
       : scene_(scene), along_(scene.fibers), most_tests_(most_tests) {
     const FiberPolylines& fibers = scene.fibers;
     boxes_.resize(fibers.points.size());
-    verdict_.in_sample.resize(fibers.points.size());
+    verdict_.sample.resize(fibers.points.size());
     addRounding(fibers.points);
     for (const FiberPolylines& end : scene.end) addRounding(end.points);
     for (const MeshFile& mesh : scene.meshes) addRounding(mesh.points);
@@ -127,7 +127,6 @@ class Judge {
       std::swap(order[i - 1], order[static_cast<std::size_t>(random() % i)]);
     }
     std::vector<std::uint8_t> is_done(pieces_.size());
-    std::vector<std::size_t> begin_of_piece = {0};  // among the contacts
     for (const std::size_t i : order) {
       if (tests_ > most_tests_) break;
       if (scene_.meshes.empty()) {
@@ -138,24 +137,13 @@ class Judge {
         compareWithMeshes(pieces_[i]);
       }
       is_done[i] = 1;
-      std::fill(verdict_.in_sample.begin() + static_cast<std::ptrdiff_t>(pieces_[i].begin),
-                verdict_.in_sample.begin() + static_cast<std::ptrdiff_t>(pieces_[i].end),
-                std::uint8_t{1});
-      begin_of_piece.push_back(verdict_.contacts.size());
       ++verdict_.judged_pieces;
+      std::fill(verdict_.sample.begin() + static_cast<std::ptrdiff_t>(pieces_[i].begin),
+                verdict_.sample.begin() + static_cast<std::ptrdiff_t>(pieces_[i].end),
+                verdict_.judged_pieces);
       tell(std::max(tests_ / most_tests_, static_cast<double>(verdict_.judged_pieces) /
                                               static_cast<double>(pieces_.size())));
     }
-    double sum = 0, squares = 0;
-    for (std::size_t piece = 1; piece < begin_of_piece.size(); ++piece) {
-      double of_piece = 0;
-      for (std::size_t i = begin_of_piece[piece - 1]; i < begin_of_piece[piece]; ++i) {
-        of_piece += verdict_.weightOf(verdict_.contacts[i].a, verdict_.contacts[i].b);
-      }
-      sum += of_piece;
-      squares += of_piece * of_piece;
-    }
-    verdict_.effective_count = squares > 0 ? sum * sum / squares : 0;
     verdict_.pieces = pieces_.size();
     std::sort(verdict_.contacts.begin(), verdict_.contacts.end());
     std::sort(verdict_.open.begin(), verdict_.open.end());

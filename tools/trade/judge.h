@@ -70,13 +70,10 @@ struct Verdict {
   /// with itself because it is thick are no contacts: those whose part between them cannot turn
   /// back, see PairsAlong.
   std::vector<Touch> contacts;
-  std::vector<Touch> open;              ///< pairs whose touch rounding decides, ascending
-  std::vector<std::uint8_t> in_sample;  ///< by first point
+  std::vector<Touch> open;  ///< pairs whose touch rounding decides, ascending
+  std::vector<std::size_t>
+      sample;  ///< by first point: the number of its piece, or 0 if it has none
   std::size_t pieces = 0, judged_pieces = 0;
-  /// The contacts of a piece are alike, so they tell less than as many from anywhere. They tell as
-  /// much as this number: the squared sum of all over the sum of the squares of each piece's (Kish,
-  /// Survey Sampling, 1965).
-  double effective_count = 0;
   bool has_pairs_along = false;  ///< other than adjacent segments
 
   bool isWhole() const { return judged_pieces == pieces; }
@@ -84,10 +81,32 @@ struct Verdict {
   /// A pair of two pieces comes into the sample by either of them, so it counts half as much as one
   /// that can come by one piece alone: 1, 1/2, or 0 for a pair that is not judged.
   double weightOf(std::int32_t a, std::int32_t b) const {
-    const auto has = [this](std::int32_t i) { return in_sample[static_cast<std::size_t>(i)] != 0; };
+    const auto has = [this](std::int32_t i) { return sample[static_cast<std::size_t>(i)] != 0; };
     if (b == kAMesh) return has(a) ? 1 : 0;
     return (has(a) ? 0.5 : 0) + (has(b) ? 0.5 : 0);
   }
+};
+
+/// How many pairs tell as much as those of a sample. The pairs of a piece are alike, so they tell
+/// less than as many from anywhere: as much as the squared sum of all over the sum of the squares
+/// of each piece's (Kish, Survey Sampling, 1965).
+class EffectiveCount {
+ public:
+  void add(std::size_t piece, double weight) {
+    if (piece >= of_piece_.size()) of_piece_.resize(piece + 1);
+    of_piece_[piece] += weight;
+  }
+  double get() const {
+    double sum = 0, squares = 0;
+    for (const double weight : of_piece_) {
+      sum += weight;
+      squares += weight * weight;
+    }
+    return squares > 0 ? sum * sum / squares : 0;
+  }
+
+ private:
+  std::vector<double> of_piece_;
 };
 
 /// Judges pieces in a random order, which is always the same, until that has taken `most_tests` of

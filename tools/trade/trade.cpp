@@ -52,6 +52,7 @@ ordered_json jsonOf(const Outcome& o) {
           {"judged", o.judged},
           {"false", o.wrong},
           {"false_share", o.false_share},
+          {"false_share_at_most", o.most_false},
           {"depth_error", jsonOf(o.depth)},
           {"normal_error", jsonOf(o.normal)},
           {"place_error", jsonOf(o.place)}};
@@ -71,6 +72,7 @@ Outcome outcomeOf(const ordered_json& json) {
   o.missed_share = json.at("missed_share");
   o.most_missed = json.at("missed_share_at_most");
   o.false_share = json.at("false_share");
+  o.most_false = json.at("false_share_at_most");
   o.judged = json.at("judged");
   o.wrong = json.at("false");
   o.depth = errorsOf(json.at("depth_error"));

@@ -98,12 +98,12 @@ struct Outcome {
   double times = 0;          ///< of the default's frames, which took turns with these
   std::size_t bytes = 0;     ///< 0 if nobody tells
   std::size_t reported = 0;
-  std::size_t contacts = 0, missed = 0;  ///< of those judged
-  std::size_t judged = 0, wrong = 0;     ///< pairs reported that were judged, and are no contact
-  double missed_share = 0;               ///< of all contacts, as the sample tells
-  double most_missed = 0;  ///< with 97.5 % confidence no larger share of all contacts is missed
-  double false_share = 0;  ///< of all pairs reported, as the sample tells; it has no bound
-  Errors depth, normal, place;  ///< radii, degrees, radii
+  std::size_t contacts = 0, missed = 0;    ///< of those judged
+  std::size_t judged = 0, wrong = 0;       ///< pairs reported that were judged, and are no contact
+  double missed_share = 0;                 ///< of all contacts, as the sample tells
+  double false_share = 0;                  ///< of all pairs reported, as the sample tells
+  double most_missed = 0, most_false = 0;  ///< no larger share, with 97.5 % confidence
+  Errors depth, normal, place;             ///< radii, degrees, radii
 };
 
 /// The share of all contacts that a setting misses at most, with 97.5 % confidence, if it misses
