@@ -327,7 +327,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// of a capsule cannot come nearer to it either. In a half-space it comes nearer as it sinks.
   ///
   /// A program that moves only so far meets the same pair again at once. The pairs that touch next
-  /// are the impacts whose time is little more than this one. Throws as Impacts do.
+  /// are the impacts whose time is little more than this one. Throws as Impacts do, and
+  /// std::length_error after 2^24 pairs that touch at the start, if they are more than 256 for each
+  /// segment of this tree.
   template <class Partner>
   double safeStep(const Partner& partner) const {
     requireAnswer<SafeStep, Partner>();

@@ -251,6 +251,13 @@ void FirstTime::add(double time) {
   until_.store(geometry::roundedUp(get()), std::memory_order_relaxed);
 }
 
+void FirstTime::addComputed(std::size_t count) {
+  if (count == 0) return;
+  constexpr std::size_t kAsBytes = 64;  // 2^24 pairs in 1 GiB, or three seconds
+  const std::size_t before = computed_.fetch_add(count, std::memory_order_relaxed);
+  requireFew("FiberTree::safeStep", before + count, kAsBytes, segments_);
+}
+
 template <class Range, class Hulls>
 HullFilter<Range, Hulls>::HullFilter(const Range& segments, const Hulls& hulls, double margin,
                                      double unit, const Question& question)
@@ -311,6 +318,7 @@ std::size_t HullFilter<Range, Hulls>::keep(Pair* pairs, std::size_t count,
     geometry::ImpactQuery<Hull> queries[geometry::kImpactsAtOnce];
     Impact found[geometry::kImpactsAtOnce];
     int waits = 0;
+    std::size_t approaches = 0;
     const auto decide = [&] {
       for (auto rest = geometry::findImpacts(queries, waits, found); rest != 0; rest &= rest - 1) {
         const int i = __builtin_ctz(rest);
@@ -324,9 +332,9 @@ std::size_t HullFilter<Range, Hulls>::keep(Pair* pairs, std::size_t count,
       const double from = block.from(i);
       if (FirstTime* const first = question_.first; first != nullptr) {
         geometry::ImpactWith<Hull> impact;
-        if (from < first->get() && findApproach(p, q, margin_, error, from, impact)) {
-          first->add(impact.time);
-        }
+        if (from >= first->get()) return;
+        ++approaches;
+        if (findApproach(p, q, margin_, error, from, impact)) first->add(impact.time);
         return;
       }
       waiting[waits] = pair;
@@ -334,6 +342,7 @@ std::size_t HullFilter<Range, Hulls>::keep(Pair* pairs, std::size_t count,
       if (waits == geometry::kImpactsAtOnce) decide();
     });
     decide();
+    if (question_.first != nullptr) question_.first->addComputed(approaches);
   } else {
     const auto keepSome = [&](std::size_t begin, std::size_t end, std::uint64_t known) {
       forEachLeft(pairs + begin, end - begin,

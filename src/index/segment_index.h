@@ -230,7 +230,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// Returns 1 if there is none.
   template <class... Partner>
   double firstTime(const PairFilter* wanted, const Partner&... partner) const {
-    FirstTime first;
+    FirstTime first(leaves().size());
     NoSink nothing;
     search(partner..., nothing, Question::ofStep(wanted, &first));
     return first.get();

@@ -123,6 +123,8 @@ TEST(HopelessScene, EndsWhatKeepsAllPairs) {
   expectRefuses("FiberTree::closest", [&] { tree.closest(contacts); });
   LivePairs live(tree);
   expectRefuses("live pairs", [&] { live.update(); });
+  // Few would pass, because it takes a hundred times as long as a test of two capsules.
+  expectRefuses("FiberTree::safeStep", [&] { tree.safeStep(); });
 }
 
 TEST(HopelessScene, IsNoneWithAsManyPairsAsAnyoneNeeds) {
