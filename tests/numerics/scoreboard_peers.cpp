@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <type_traits>
 
 #include <fcl/geometry/shape/capsule.h>
 
@@ -29,28 +30,31 @@ struct FloatBox {
 };
 
 /// Around the box of an object that is tight, rounded outward.
-FloatBox boxOf(const Object& object) {
-  const benchmarks::CapsuleAxis<double> axis(object);
+template <typename S>
+FloatBox boxOf(const fcl::CollisionObject<S>& object) {
+  const benchmarks::CapsuleAxis<S> axis(object);
   FloatBox box;
   for (int k = 0; k < 3; ++k) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    const double extent = std::abs(axis.half[k]) + axis.radius;
+    const double center = static_cast<double>(axis.center[k]);
+    const double extent = std::abs(double(axis.half[k])) + double(axis.radius);
     const auto at = static_cast<std::size_t>(k);
-    box.low[at] = std::nextafter(static_cast<float>(axis.center[k] - extent), -kInfinity);
-    box.high[at] = std::nextafter(static_cast<float>(axis.center[k] + extent), kInfinity);
+    box.low[at] = std::nextafter(static_cast<float>(center - extent), -kInfinity);
+    box.high[at] = std::nextafter(static_cast<float>(center + extent), kInfinity);
   }
   return box;
 }
 
-std::vector<NumberPair> embree(const Specimen<double>& specimen, double) {
+template <typename S>
+std::vector<NumberPair> embree(const Specimen<S>& specimen, double) {
   struct Query {
-    std::vector<Object*> objects;
+    Objects<S> objects;
     std::vector<FloatBox> boxes;
     std::mutex mutex;
     std::vector<NumberPair> found;
   } query;
   query.objects = specimen.objects();
-  for (const Object* object : query.objects) query.boxes.push_back(boxOf(*object));
+  for (const auto* object : query.objects) query.boxes.push_back(boxOf(*object));
   RTCDevice device = rtcNewDevice("threads=1");
   RTCScene scene = rtcNewScene(device);
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
@@ -104,7 +108,7 @@ std::vector<NumberPair> coalTree(const Specimen<double>& specimen, double) {
   } callback;
   std::vector<std::unique_ptr<coal::CollisionObject>> objects;
   coal::DynamicAABBTreeCollisionManager manager;
-  for (const Object* object : specimen.objects()) {
+  for (const auto* object : specimen.objects()) {
     const auto& capsule = static_cast<const fcl::Capsuled&>(*object->collisionGeometry());
     const coal::Transform3s pose(object->getRotation(), object->getTranslation());
     objects.push_back(std::make_unique<coal::CollisionObject>(
@@ -120,18 +124,20 @@ std::vector<NumberPair> coalTree(const Specimen<double>& specimen, double) {
 
 }  // namespace
 
-std::vector<
-    std::pair<std::string, std::function<std::vector<NumberPair>(const Specimen<double>&, double)>>>
-peers() {
-  return {
+template <typename S>
+std::vector<std::pair<std::string, Ask<S>>> peers() {
+  std::vector<std::pair<std::string, Ask<S>>> all;
 #ifdef FCL_FIBERS_WITH_EMBREE
-      {"Embree, closed form", embree},
+  all.emplace_back("Embree, closed form", embree<S>);
 #endif
 #ifdef FCL_FIBERS_WITH_COAL
-      {"coal", coalTree},
+  if constexpr (std::is_same_v<S, double>) all.emplace_back("coal", coalTree);
 #endif
-  };
+  return all;
 }
+
+template std::vector<std::pair<std::string, Ask<float>>> peers<float>();
+template std::vector<std::pair<std::string, Ask<double>>> peers<double>();
 
 std::vector<std::string> peerTexts() {
   return {
@@ -143,7 +149,7 @@ std::vector<std::string> peerTexts() {
 #endif
 #ifdef FCL_FIBERS_WITH_COAL
       "**coal** " COAL_VERSION
-      ": `DynamicAABBTreeCollisionManager` and `coal::collide` with its defaults.",
+      ": `DynamicAABBTreeCollisionManager` and `coal::collide` with its defaults, in double only.",
 #else
       "**coal** was not found.",
 #endif

@@ -15,31 +15,38 @@
 
 namespace fcl_fibers::test {
 
-using Object = fcl::CollisionObjectd;
+template <typename S>
+using Objects = std::vector<fcl::CollisionObject<S>*>;
 
-inline std::map<const Object*, std::int32_t> numbersOf(const std::vector<Object*>& objects) {
-  std::map<const Object*, std::int32_t> numbers;
-  for (const Object* object : objects) {
+template <typename S>
+std::map<const fcl::CollisionObject<S>*, std::int32_t> numbersOf(const Objects<S>& objects) {
+  std::map<const fcl::CollisionObject<S>*, std::int32_t> numbers;
+  for (const auto* object : objects) {
     numbers.emplace(object, static_cast<std::int32_t>(numbers.size()));
   }
   return numbers;
 }
 
 /// The objects with FCL's boxes as they are now, because a specimen sets radii later.
-inline std::vector<Object*> withBoxes(const Specimen<double>& specimen) {
-  std::vector<Object*> objects = specimen.objects();
-  for (Object* object : objects) {
-    std::const_pointer_cast<fcl::CollisionGeometryd>(object->collisionGeometry())
+template <typename S>
+Objects<S> withBoxes(const Specimen<S>& specimen) {
+  Objects<S> objects = specimen.objects();
+  for (auto* object : objects) {
+    std::const_pointer_cast<fcl::CollisionGeometry<S>>(object->collisionGeometry())
         ->computeLocalAABB();
     object->computeAABB();
   }
   return objects;
 }
 
-/// Contenders of the scoreboard that were found when it was built: their names, and what touches.
-std::vector<
-    std::pair<std::string, std::function<std::vector<NumberPair>(const Specimen<double>&, double)>>>
-peers();
+/// What touches, within a margin where the contender knows one.
+template <typename S>
+using Ask = std::function<std::vector<NumberPair>(const Specimen<S>&, double margin)>;
+
+/// Contenders of the scoreboard that were found when it was built, with their names. Some are of
+/// doubles alone.
+template <typename S>
+std::vector<std::pair<std::string, Ask<S>>> peers();
 
 /// What the page tells of them, and of those that were not found.
 std::vector<std::string> peerTexts();
