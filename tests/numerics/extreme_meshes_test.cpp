@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cfenv>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <set>
@@ -13,79 +12,19 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Geometry>
-
 #include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/triangle_mesh.h>
 
 #include "numerics/row_copies.h"
 #include "numerics/row_judge.h"
+#include "numerics/row_meshes.h"
 
 namespace fcl_fibers::test {
 namespace {
 
-/// A mesh about the middle of a row, by parts of half the row's extent. Its numbers are those of
-/// the fibers, so that what is flushed to zero of the one is of the other.
-template <typename S>
-class MeshInRow {
- public:
-  MeshInRow(const Judge<S>& judge, const std::vector<Point>& parts,
-            std::vector<std::int32_t> triangles)
-      : triangles_(std::move(triangles)) {
-    for (const Point& part : parts) {
-      const Point p = judge.middle + judge.half.maxCoeff() * part;
-      for (int axis = 0; axis < 3; ++axis) {
-        numbers_.push_back(static_cast<S>(p[axis]));
-        largest_ = std::max(largest_, std::fabs(p[axis]));
-      }
-    }
-  }
-
-  std::size_t count() const { return triangles_.size() / 3; }
-  TriangleMesh mesh(TriangleMesh::Kind kind) const {
-    return TriangleMesh(
-        MeshArrays<S>{numbers_.data(), numbers_.size() / 3, triangles_.data(), count()}, kind);
-  }
-  Point corner(std::size_t triangle, std::size_t k) const {
-    const S* const p = &numbers_[3 * static_cast<std::size_t>(triangles_[3 * triangle + k])];
-    return {p[0], p[1], p[2]};
-  }
-  ExactTriangle operator[](std::size_t i) const {
-    return {corner(i, 0), corner(i, 1), corner(i, 2)};
-  }
-  /// By which a distance to a triangle may be beyond contact: 1e-14 of the sizes, 1e-11 at a
-  /// needle, and the coordinates, which posing rounds.
-  Real excess(std::size_t i, Real sizes, Real least) const {
-    return (isNeedle(i) ? 1e-11L : 1e-14L) * (sizes + lengthsOf(i)) + 64 * kEps * largest_ + least;
-  }
-  /// The error of the judge, which has to be far less.
-  Real judging(std::size_t i, Real sizes) const { return excess(i, sizes, 0) * 0x1p-12L; }
-
- private:
-  Real lengthsOf(std::size_t i) const {
-    return (corner(i, 1) - corner(i, 0)).norm() + (corner(i, 2) - corner(i, 0)).norm();
-  }
-  bool isNeedle(std::size_t i) const {
-    return (corner(i, 2) - corner(i, 1)).norm() < 0x1p-10L * lengthsOf(i);
-  }
-
-  std::vector<S> numbers_;
-  std::vector<std::int32_t> triangles_;
-  Real largest_ = 0;
-};
-
-/// Which pairs touch, and which are too near to contact to tell.
 template <typename S>
 void expectMesh(const Judge<S>& judge, const MeshInRow<S>& shape, TriangleMesh::Kind kind) {
   const bool is_solid = kind == TriangleMesh::Kind::kSolid;
-  const auto isInside = [&](const Point& p) {
-    for (std::size_t t = 0; is_solid && t < shape.count(); ++t) {
-      const ExactTriangle triangle = shape[t];
-      const Point normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
-      if (normal.dot(p - triangle.a) > 0) return false;
-    }
-    return is_solid;
-  };
   for (const FiberTreeOptions& options : capsuleKinds(judge.row.margin)) {
     SCOPED_TRACE(describe(Form::kArrays, options) + (is_solid ? ", solid" : ""));
     std::vector<TrianglePair> pairs;
@@ -106,45 +45,14 @@ void expectMesh(const Judge<S>& judge, const MeshInRow<S>& shape, TriangleMesh::
     EXPECT_EQ(of_pairs.size(), segments.size());
     EXPECT_EQ(of_pairs, std::set<std::int32_t>(segments.begin(), segments.end()));
     for (std::size_t i = 0; i < judge.exact.size(); ++i) {
-      const ExactCapsule& capsule = judge.exact[i];
-      const Real reach = capsule.radius + judge.row.margin;
-      const bool is_inside = isInside(capsule.a);
-      for (std::size_t t = 0; t < shape.count(); ++t) {
-        const Real distance = segmentTriangleDistance(capsule.a, capsule.b, shape[t]);
-        const Real sizes = distance + judge.lengthOf(i);
-        const bool is_found = found.count({i, t}) != 0;
-        if (distance + shape.judging(t, sizes) <= reach || distance == 0) {
-          EXPECT_TRUE(is_found) << "missed " << i << ", " << t;
-        }
-        // What is inside is found with the nearest triangle, wherever that is.
-        if (is_found && !is_inside && !judge.vanishes()) {
-          EXPECT_LE(distance, reach + shape.excess(t, sizes, judge.least)) << i << ", " << t;
-        }
-      }
-      if (is_inside) {
-        EXPECT_EQ(of_pairs.count(judge.points[i]), 1u) << "missed inside " << i;
-      }
+      expectTouching(judge, i, shape, is_solid, found);
     }
   }
 }
 
 template <typename S>
 void expectMeshes(const Judge<S>& judge) {
-  // The last one is a needle.
-  const MeshInRow<S> triangles(judge,
-                               {{-1, -0.5L, 0.1L},
-                                {1, -0.4L, -0.1L},
-                                {0.1L, 0.9L, 0.2L},
-                                {-0.3L, 0, -1},
-                                {0.2L, -0.1L, 1},
-                                {0, 0.5L, 0.1L},
-                                {-1, -1, -1},
-                                {1, 1, 1},
-                                {1 + 0x1p-20L, 1 - 0x1p-20L, 1}},
-                               {0, 1, 2, 3, 4, 5, 6, 7, 8});
-  const MeshInRow<S> tetrahedron(
-      judge, {{0.5L, 0.5L, 0.5L}, {-0.5L, -0.5L, 0.5L}, {-0.5L, 0.5L, -0.5L}, {0.5L, -0.5L, -0.5L}},
-      {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3});
+  const MeshInRow<S> triangles = trianglesIn(judge), tetrahedron = tetrahedronIn(judge);
   if (judge.isTooLarge()) {
     EXPECT_THAT([&] { triangles.mesh(TriangleMesh::Kind::kSurface); },
                 testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("2^1000")));

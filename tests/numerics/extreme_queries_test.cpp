@@ -3,11 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -24,19 +22,9 @@ namespace {
 /// The number of a row. Every question but that for pairs is asked about each.
 class ExtremeQueries : public testing::TestWithParam<std::size_t> {};
 
-bool isFinite(const std::array<double, 3>& p) {
-  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
-}
-
 template <typename S>
 void expectContact(const Judge<S>& judge, const Contact& contact) {
-  const std::size_t i = judge.numberOf(contact.pair.a), j = judge.numberOf(contact.pair.b);
-  const Real distance = judge.distance(i, j);
-  ASSERT_LE(std::fabs(contact.distance - distance), judge.errorOf(i, j)) << i << ", " << j;
-  ASSERT_TRUE(contact.s >= 0 && contact.s <= 1 && contact.t >= 0 && contact.t <= 1);
-  ASSERT_TRUE(isFinite(contact.point_a) && isFinite(contact.point_b));
-  const Point normal(contact.normal[0], contact.normal[1], contact.normal[2]);
-  ASSERT_LE(std::fabs(normal.norm() - 1), 4 * kEps) << i << ", " << j;
+  expectContact(judge, judge.numberOf(contact.pair.a), judge.numberOf(contact.pair.b), contact);
 }
 
 template <typename S>
@@ -110,18 +98,6 @@ void expectNearest(const Judge<S>& judge) {
   }
 }
 
-/// The median radius, or a part of a length where there is no thickness.
-template <typename S>
-double usualSize(const Judge<S>& judge) {
-  std::vector<Real> sizes;
-  for (const ExactCapsule& capsule : judge.exact) {
-    sizes.push_back(capsule.radius > 0 ? capsule.radius : (capsule.b - capsule.a).norm() / 8);
-  }
-  std::nth_element(sizes.begin(), sizes.begin() + sizes.size() / 2, sizes.end());
-  // FiberTree takes coordinates up to 5e306, which such rows all but reach.
-  return static_cast<double>(sizes[sizes.size() / 2]) / (judge.isTooLarge() ? 128 : 1);
-}
-
 /// The row, every other fiber moved along an axis.
 template <typename S>
 Assembly<S> displaced(const Judge<S>& judge, double times) {
@@ -139,7 +115,6 @@ Assembly<S> displaced(const Judge<S>& judge, double times) {
 template <typename S>
 void expectImpacts(const Judge<S>& judge) {
   const Assembly<S> away = displaced(judge, 2);
-  const Real extent = 2 * judge.half.norm();
   for (const FiberTreeOptions& options : capsuleKinds(judge.row.margin)) {
     if (!isOfBoxes(options)) continue;
     SCOPED_TRACE(describe(Form::kArrays, options));
@@ -162,14 +137,10 @@ void expectImpacts(const Judge<S>& judge) {
     pairs.clear();
     for (const Impact& impact : at_rest) {
       EXPECT_EQ(impact.time, 0);
-      const std::size_t i = judge.numberOf(impact.pair.a), j = judge.numberOf(impact.pair.b);
-      pairs.push_back({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)});
-      if (judge.vanishes()) continue;
-      const Real error = 0x1p-36L * judge.sizeIn1NormOf(i, j) + 0x1p-48L * extent + judge.least;
-      EXPECT_LE(judge.distance(i, j), judge.row.margin + error) << i << ", " << j;
+      pairs.push_back({static_cast<std::int32_t>(judge.numberOf(impact.pair.a)),
+                       static_cast<std::int32_t>(judge.numberOf(impact.pair.b))});
     }
-    const Findings resting = examine(judge.truth, judge.touching(), options, std::move(pairs));
-    EXPECT_EQ(resting.missed + resting.repeated, 0u) << resting.first_wrong;
+    expectAtRest(judge, options, pairs, judge.touching());
   }
 }
 
@@ -177,12 +148,6 @@ void expectImpacts(const Judge<S>& judge) {
 template <typename S>
 void expectImpactsOnTheWay(const Judge<S>& judge) {
   const Assembly<S> start = displaced(judge, 4), end = displaced(judge, -4);
-  std::vector<ExactCapsule> between;
-  judge.fibers.visitCapsules([&](std::size_t, std::size_t point) {
-    const ExactCapsule p = roundedCapsule(start.capsule(point)),
-                       q = roundedCapsule(end.capsule(point));
-    between.push_back({(p.a + q.a) / 2, (p.b + q.b) / 2, p.radius});
-  });
   for (const FiberTreeOptions& options : capsuleKinds(judge.row.margin)) {
     if (!isOfBoxes(options)) continue;
     SCOPED_TRACE(describe(Form::kArrays, options));
@@ -192,23 +157,13 @@ void expectImpactsOnTheWay(const Judge<S>& judge) {
       tree.update(start.view(), end.view());
       tree.find(Impacts{}, impacts);
     });
-    std::map<std::pair<std::size_t, std::size_t>, double> times;
+    PairTimes times;
     for (const Impact& impact : impacts) {
       const std::size_t i = judge.numberOf(impact.pair.a), j = judge.numberOf(impact.pair.b);
       EXPECT_TRUE(times.emplace(std::minmax(i, j), impact.time).second) << "twice";
     }
-    for (std::size_t i = 0; i < between.size(); ++i) {
-      for (std::size_t j = i + 1; j < between.size(); ++j) {
-        const ExactCapsule &p = between[i], &q = between[j];
-        const Real distance = segmentDistance(p.a, p.b, q.a, q.b);
-        // This is far more than the rounding of long double, and than what half a time rounds to.
-        const Real error = 1e-14L * (distance + judge.lengthOf(i) + judge.lengthOf(j));
-        if (distance + error + judge.least > judge.reach(i, j) + judge.row.margin) continue;
-        const auto found = times.find({i, j});
-        ASSERT_TRUE(found != times.end()) << "missed " << i << ", " << j;
-        ASSERT_LE(found->second, 0.5) << i << ", " << j;
-      }
-    }
+    expectTimes(judge, start.capsules(), end.capsules(), times,
+                [](std::size_t, std::size_t) { return true; });
   }
 }
 
