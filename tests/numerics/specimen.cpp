@@ -211,6 +211,11 @@ std::vector<fcl::CollisionObject<S>*> Specimen<S>::objects() const {
 }
 
 template <typename S>
+std::vector<GivenCapsule> Specimen<S>::capsules() const {
+  return objects_->capsules();
+}
+
+template <typename S>
 std::int32_t Specimen<S>::numberOf(std::int32_t point) const {
   return number_of_point_[static_cast<std::size_t>(point)];
 }

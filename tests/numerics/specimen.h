@@ -54,6 +54,8 @@ class Specimen {
 
   /// FCL's objects, of Form::kObjects, as they are numbered; for other managers.
   std::vector<fcl::CollisionObject<S>*> objects() const;
+  /// The capsules of these objects as they are now, if they have been moved.
+  std::vector<GivenCapsule> capsules() const;
 
   /// Self-collision of a tree of its own, in the order of the report.
   std::vector<NumberPair> pairs(const FiberTreeOptions& options, History history = History::kNew,
