@@ -67,7 +67,7 @@ class Trade(ProgramTest):
         self.assertEqual(answer["contacts"], 4)
         self.assertEqual(rows["tree: boxes"]["missed"], 0)
         dials = {row["dial"] for row in answer["rows"]}
-        self.assertEqual(dials, {"tree", "threads", "margin", "roots", "mesh"})
+        self.assertEqual(dials, {"tree", "threads", "input", "margin", "roots", "mesh"})
 
     def test_a_step(self):
         """If this failed, what passes between two frames would count as found."""
@@ -79,7 +79,10 @@ class Trade(ProgramTest):
         self.assertEqual(answer["contacts"], 1)
         self.assertEqual(rows["step: linear bounds"]["missed"], 0)
         self.assertEqual(rows["step: the end alone"]["missed"], 1)
-        self.assertEqual(answer["chosen"]["value"], "linear bounds")
+        chosen = rows[f"{answer['chosen']['dial']}: {answer['chosen']['value']}"]
+        self.assertEqual((chosen["missed"], chosen["false"]), (0, 0))
+        dials = {row["dial"] for row in answer["rows"]}
+        self.assertEqual(dials, {"step", "threads", "input", "margin", "neighbours"})
 
     def test_a_run_that_was_stopped_is_gone_on_with(self):
         """If this failed, a long run would begin anew, or answers of another scene would count."""

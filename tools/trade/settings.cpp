@@ -132,12 +132,14 @@ struct CoarserTrial : Trial {
 };
 
 /// Segments that touch meshes.
+template <typename S>
 class MeshTrial : public Trial {
  public:
   MeshTrial(const Scene& scene, std::vector<TriangleMesh> meshes, const FiberTreeOptions& options,
             double root_length = 0)
-      : arrays_(fiberArrays(scene.fibers)),
-        before_(fiberArrays(scene.before)),
+      : numbers_(scene.fibers),
+        before_(scene.before),
+        arrays_(numbers_.arrays()),
         meshes_(std::move(meshes)),
         tree_(options) {
     if (root_length > 0) {
@@ -149,7 +151,7 @@ class MeshTrial : public Trial {
 
   double frame(Deadline& deadline) override {
     segments_ = 0;
-    tree_.update(before_);
+    tree_.update(before_.arrays());
     return timed(deadline, [&] {
       tree_.update(arrays_);
       for (const TriangleMesh& mesh : meshes_) {
@@ -188,8 +190,9 @@ class MeshTrial : public Trial {
   }
 
  private:
+  Numbers<S> numbers_, before_;
   std::vector<std::int32_t> roots_;
-  FiberArrays<double> arrays_, before_;
+  FiberArrays<S> arrays_;
   std::vector<TriangleMesh> meshes_;
   FiberTree tree_;
   std::size_t segments_ = 0;
@@ -209,15 +212,18 @@ class StepTrial : public Trial {
   FiberTree tree_;
 };
 
+/// @tparam S  of the points that the tree is given
+template <typename S>
 class LinearTrial : public StepTrial {
  public:
-  using StepTrial::StepTrial;
+  LinearTrial(const Scene& scene, const FiberTreeOptions& options)
+      : StepTrial(scene, options), start_(step_.start), end_(step_.end) {}
 
   double frame(Deadline& deadline) override {
     impacts_.clear();
-    tree_.update(fiberArrays(step_.end));
+    tree_.update(end_.arrays());
     return timed(deadline, [&] {
-      tree_.update(fiberArrays(step_.start), fiberArrays(step_.end));
+      tree_.update(start_.arrays(), end_.arrays());
       tree_.visit(Impacts{}, [&](const Impact& impact) {
         impacts_.push_back(impact);
         return deadline.isOver(impacts_.size());
@@ -235,6 +241,7 @@ class LinearTrial : public StepTrial {
   }
 
  private:
+  Numbers<S> start_, end_;
   std::vector<Impact> impacts_;
 };
 
@@ -362,10 +369,36 @@ class Dials {
     };
   }
 
-  template <class Change>
-  void addTree(const std::string& dial, const std::string& value, Change change) {
-    const FiberTreeOptions options = with(change);
-    add(dial, value, options, makePairs<double>(options));
+  // What scenes of all kinds are asked about.
+
+  using AddOptions =
+      std::function<void(const std::string&, const std::string&, const FiberTreeOptions&)>;
+  static constexpr char kFloatCpp[] = "// Build it from FiberArrays<float>.\n";
+  static constexpr char kFloatPython[] = "# Build it from points in float32.\n";
+
+  void addThreads(const AddOptions& add) {
+    add("threads", "2", with([](FiberTreeOptions& options) { options.threads = 2; }));
+  }
+  void addMargins(const AddOptions& add) {
+    for (const double radii : {0.1, 1.0}) {
+      add("margin", fmt::format("{:g} radii", radii),
+          with([&](FiberTreeOptions& options) { options.margin += radii * radius_; }));
+    }
+  }
+  void addNeighbours(const AddOptions& add) {
+    for (const int n : {0, 2, 5, 20}) {
+      if (static_cast<std::size_t>(n) >= most_segments_) continue;
+      add("neighbours", fmt::format("{} segments", n), with([&](FiberTreeOptions& options) {
+            options.ignored_arc_length = 0;
+            options.ignored_neighbors = n;
+          }));
+    }
+    for (const int n : {1, 4, 19}) {
+      if (static_cast<std::size_t>(n) >= most_segments_) continue;
+      const double length = n * length_;
+      add("neighbours", fmt::format("length {:.3g}", length),
+          with([&](FiberTreeOptions& options) { options.ignored_arc_length = length; }));
+    }
   }
 
   void addTrees() {
@@ -375,34 +408,22 @@ class Dials {
           std::string value = volumes == Volumes::kLayeredBoxes ? "boxes" : "spheres";
           value += report == Report::kCapsules ? ", capsules" : ", volumes";
           if (topology == Topology::kSuperThread) value += ", super thread";
-          addTree("tree", value, [=](FiberTreeOptions& options) {
-            options.topology = topology;
-            options.volumes = volumes;
-            options.report = report;
+          const FiberTreeOptions options = with([=](FiberTreeOptions& changed) {
+            changed.topology = topology;
+            changed.volumes = volumes;
+            changed.report = report;
           });
+          add("tree", value, options, makePairs<double>(options));
         }
       }
     }
-    addTree("threads", "2", [](FiberTreeOptions& options) { options.threads = 2; });
-    add("input", "float", usual_, makePairs<float>(usual_),
-        "// Build it from FiberArrays<float>.\n", "# Build it from points in float32.\n");
-    for (const double radii : {0.1, 1.0}) {
-      addTree("margin", fmt::format("{:g} radii", radii),
-              [&](FiberTreeOptions& options) { options.margin += radii * radius_; });
-    }
-    for (const int n : {0, 2, 5, 20}) {
-      if (static_cast<std::size_t>(n) >= most_segments_) continue;
-      addTree("neighbours", fmt::format("{} segments", n), [&](FiberTreeOptions& options) {
-        options.ignored_arc_length = 0;
-        options.ignored_neighbors = n;
-      });
-    }
-    for (const int n : {1, 4, 19}) {
-      if (static_cast<std::size_t>(n) >= most_segments_) continue;
-      const double length = n * length_;
-      addTree("neighbours", fmt::format("length {:.3g}", length),
-              [&](FiberTreeOptions& options) { options.ignored_arc_length = length; });
-    }
+    const AddOptions add_tree = [this](const auto& dial, const auto& value, const auto& options) {
+      add(dial, value, options, makePairs<double>(options));
+    };
+    addThreads(add_tree);
+    add("input", "float", usual_, makePairs<float>(usual_), kFloatCpp, kFloatPython);
+    addMargins(add_tree);
+    addNeighbours(add_tree);
     for (const std::size_t n : {std::size_t{2}, std::size_t{4}, std::size_t{8}}) {
       if (n >= most_segments_) continue;
       addSampling(n);
@@ -435,27 +456,35 @@ class Dials {
     return meshes;
   }
 
+  template <typename S = double>
   void addMeshTrial(const std::string& dial, const std::string& value,
                     const FiberTreeOptions& options, double root_length = 0,
                     const std::string& cpp = "", const std::string& python = "") {
     add(
         dial, value, options,
         [this_scene = &scene_, meshes = meshes(), options, root_length] {
-          return std::make_unique<MeshTrial>(*this_scene, meshes, options, root_length);
+          return std::make_unique<MeshTrial<S>>(*this_scene, meshes, options, root_length);
         },
         cpp, python);
   }
 
   void addMeshes() {
-    addMeshTrial("tree", "boxes", usual_);
-    addMeshTrial("tree", "spheres", with([](FiberTreeOptions& options) {
-                   options.volumes = Volumes::kWrappedSpheres;
-                 }));
-    addMeshTrial("threads", "2", with([](FiberTreeOptions& options) { options.threads = 2; }));
-    for (const double radii : {0.1, 1.0}) {
-      addMeshTrial("margin", fmt::format("{:g} radii", radii),
-                   with([&](FiberTreeOptions& options) { options.margin += radii * radius_; }));
+    for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
+      for (const Volumes volumes : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
+        std::string value = volumes == Volumes::kLayeredBoxes ? "boxes" : "spheres";
+        if (topology == Topology::kSuperThread) value += ", super thread";
+        addMeshTrial("tree", value, with([=](FiberTreeOptions& options) {
+                       options.topology = topology;
+                       options.volumes = volumes;
+                     }));
+      }
     }
+    const AddOptions add_trial = [this](const auto& dial, const auto& value, const auto& options) {
+      addMeshTrial(dial, value, options);
+    };
+    addThreads(add_trial);
+    addMeshTrial<float>("input", "float", usual_, 0, kFloatCpp, kFloatPython);
+    addMargins(add_trial);
     for (const int n : {1, 4}) {
       if (static_cast<std::size_t>(n) >= most_segments_) continue;
       const double length = (n - 0.5) * length_;
@@ -492,7 +521,7 @@ class Dials {
       add(
           "mesh", value, options,
           [this_scene = &scene_, coarse, options] {
-            return std::make_unique<MeshTrial>(*this_scene, coarse, options);
+            return std::make_unique<MeshTrial<double>>(*this_scene, coarse, options);
           },
           "// " + what, "# " + what);
     }
@@ -500,8 +529,16 @@ class Dials {
 
   void addStep() {
     const Scene& scene = scene_;
-    addTreeOfStep("step", "linear bounds", usual_);
-    addTreeOfStep("threads", "2", with([](FiberTreeOptions& options) { options.threads = 2; }));
+    const AddOptions add_tree = [this](const auto& dial, const auto& value, const auto& options) {
+      addTreeOfStep<double>(dial, value, options);
+    };
+    add_tree("step", "linear bounds", usual_);
+    add_tree("step", "linear bounds, super thread",
+             with([](FiberTreeOptions& options) { options.topology = Topology::kSuperThread; }));
+    addThreads(add_tree);
+    addTreeOfStep<float>("input", "float", usual_, kFloatCpp, kFloatPython);
+    addMargins(add_tree);
+    addNeighbours(add_tree);
     for (const int n : {1, 4, 16, 64}) {
       std::vector<double> times;
       for (int i = 1; i <= n; ++i) times.push_back(static_cast<double>(i) / n);
@@ -532,13 +569,16 @@ class Dials {
     }
   }
 
+  template <typename S>
   void addTreeOfStep(const std::string& dial, const std::string& value,
-                     const FiberTreeOptions& options) {
+                     const FiberTreeOptions& options, const std::string& cpp = "",
+                     const std::string& python = "") {
     const Scene& scene = scene_;
     add(
         dial, value, options,
-        [&scene, options] { return std::make_unique<LinearTrial>(scene, options); },
-        "tree.update(start, end);  // then ask for Impacts\n", "tree.update(start, end)\n");
+        [&scene, options] { return std::make_unique<LinearTrial<S>>(scene, options); },
+        cpp + "tree.update(start, end);  // then ask for Impacts\n",
+        python + "tree.update(start, end)\n");
   }
 
   const Scene& scene_;
