@@ -308,20 +308,25 @@ class BlockBuilder {
   /// Otherwise a single one would stretch every block that it is in, so that the blocks beside it
   /// would be slabs across its direction.
   bool splitOffStray(const Block& block, int axis, double extent, Block& first, Block& second) {
-    constexpr std::int32_t kSamples = 16, kLeast = 64, kMostPart = 8;
+    constexpr std::int32_t kLeast = 64, kMostPart = 8;
+    constexpr std::size_t kSamples = 16;
     const std::int32_t count = block.strands();
     if (count < kLeast) return false;
-    const auto k = static_cast<std::size_t>(axis);
-    const auto place = [k](const Strand& s) { return double{s.middle[k]}; };
-    double low = place(*at(block.begin)), high = low;
-    for (std::int32_t i = 1; i < kSamples; ++i) {
-      const double x = place(*at(block.begin + i * (count / kSamples)));
-      low = std::min(low, x);
-      high = std::max(high, x);
+    const auto place = [k = static_cast<std::size_t>(axis)](const Strand& s) {
+      return double{s.middle[k]};
+    };
+    std::array<double, kSamples> sample;
+    const Strand* next = at(block.begin);
+    for (double& x : sample) {
+      x = place(*next);
+      next += count / static_cast<std::int32_t>(kSamples);
     }
-    // At most half of the extent is left, so a tree gets no deeper than there are scales.
-    if (extent <= 4 * (high - low)) return false;
-    const double room = extent / 8;
+    // The sample may have a stray itself, as a ground that is registered first.
+    std::sort(sample.begin(), sample.end());
+    const double low = sample[1], high = sample[kSamples - 2], width = high - low;
+    if (extent <= 8 * width) return false;
+    // At most 5/8 of the extent are left, so a tree gets no deeper than there are scales.
+    const double room = 2 * width;
     const auto isNear = [&](const Strand& s) {
       return place(s) >= low - room && place(s) <= high + room;
     };

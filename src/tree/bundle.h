@@ -10,7 +10,8 @@ namespace fcl_fibers::tree {
 
 /// Builds a tree whose nodes are blocks: sets of fibers over a range along each of them. A block is
 /// split along its fibers, at about half of the range, or across them, near the median fiber,
-/// whichever extent is longer. Sizes are chosen so that nodes fill. Inside one fiber this is the
+/// whichever extent is longer. A few fibers far from all others are parted from these first. Sizes
+/// are chosen so that nodes fill. Inside one fiber this is the
 /// chain-aligned tree; over fibers of one segment it is a kd-tree.
 ///
 /// Neither the tree nor its parts depend on the number of threads.
