@@ -448,6 +448,16 @@ Row row(double times, std::size_t missed, std::size_t wrong) {
   return {"dial", "value", "", "", outcome};
 }
 
+// A sample would be taken for all pairs, of which more may be missed or false.
+TEST(Front, AsksForTheBoundsOfASample) {
+  Row doubtful = row(1, 10, 10);
+  doubtful.outcome.most_missed = doubtful.outcome.most_false = 0.06;
+  const std::vector<Row> rows = {doubtful};
+  EXPECT_EQ(choose(rows, {0.05, 0.07, {}}), nullptr);
+  EXPECT_EQ(choose(rows, {0.07, 0.05, {}}), nullptr);
+  EXPECT_EQ(choose(rows, {0.07, 0.07, {}}), &rows.front());
+}
+
 // A slower setting that misses more would be recommended.
 TEST(Front, HasWhatNothingBeats) {
   std::vector<Row> rows = {row(1, 0, 0),    row(0.98, 0, 0),  row(0.5, 10, 0),

@@ -83,10 +83,17 @@ double degreesBetween(const Point& p, const Point& q) {
 
 bool isNull(const Point& p) { return p == Point{}; }
 
-/// The piece of the sample by which a pair of two segments came into it last.
-std::size_t pieceOf(const std::vector<std::size_t>& sample, std::int32_t a, std::int32_t b) {
-  const auto of = [&](std::int32_t i) { return sample[static_cast<std::size_t>(i)]; };
-  return b == kAMesh ? of(a) : std::max(of(a), of(b));
+/// Adds a pair of two segments, of which each brings one half if it is in the sample, as it does to
+/// Verdict::weightOf().
+/// @param piece  by segment; 0 for those outside of the sample
+void addPair(const std::vector<std::size_t>& piece, std::int32_t a, std::int32_t b,
+             EffectiveCount& pairs) {
+  const auto addEnd = [&](std::int32_t i, double weight) {
+    const std::size_t its = piece[static_cast<std::size_t>(i)];
+    if (its != 0) pairs.add(its, weight);
+  };
+  addEnd(a, b == kAMesh ? 1 : 0.5);
+  if (b != kAMesh) addEnd(b, 0.5);
 }
 
 }  // namespace
@@ -100,7 +107,7 @@ double mostHidden(const Verdict& verdict) {
   if (verdict.isWhole()) return 0;
   EffectiveCount contacts;
   for (const Touch& touch : verdict.contacts) {
-    contacts.add(pieceOf(verdict.sample, touch.a, touch.b), verdict.weightOf(touch.a, touch.b));
+    addPair(verdict.sample, touch.a, touch.b, contacts);
   }
   return upperBound(0, contacts.get());
 }
@@ -133,7 +140,7 @@ Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setti
     const Touch& touch = verdict.contacts[i];
     const double of_one = verdict.weightOf(touch.a, touch.b);
     weight += of_one;
-    contacts.add(pieceOf(verdict.sample, touch.a, touch.b), of_one);
+    addPair(verdict.sample, touch.a, touch.b, contacts);
     if (has(names, true_names[i], beside)) continue;
     ++outcome.missed;
     missed_weight += of_one;
@@ -158,8 +165,11 @@ Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setti
       for (const std::int32_t k : beside[segment]) is_judged[static_cast<std::size_t>(k)] = false;
     }
   }
+  for (std::size_t i = 0; i < piece.size(); ++i) {
+    if (!is_judged[i]) piece[i] = 0;
+  }
   const auto isJudged = [&](std::int32_t segment) {
-    return segment != kAMesh && is_judged[static_cast<std::size_t>(segment)];
+    return segment != kAMesh && piece[static_cast<std::size_t>(segment)] != 0;
   };
   std::vector<std::pair<Name, const Touch*>> deepest;
   for (std::size_t i = 0; i < verdict.contacts.size(); ++i) {
@@ -175,7 +185,7 @@ Outcome compare(const Scene& scene, const Verdict& verdict, const Setting& setti
     const double of_one = (a && b) || name.second == kAMesh ? 1 : 0.5;
     ++outcome.judged;
     judged_weight += of_one;
-    judged.add(pieceOf(piece, name.first, name.second), of_one);
+    addPair(piece, name.first, name.second, judged);
     if (has(true_names, name, beside)) continue;
     ++outcome.wrong;
     wrong_weight += of_one;

@@ -212,12 +212,24 @@ class StepTrial : public Trial {
   FiberTree tree_;
 };
 
+/// Fibers whose numbers are those of S.
+template <typename S>
+FiberPolylines rounded(FiberPolylines fibers) {
+  const auto round = [](double& x) { x = static_cast<double>(static_cast<S>(x)); };
+  for (Point& point : fibers.points) std::for_each(point.begin(), point.end(), round);
+  std::for_each(fibers.radii.begin(), fibers.radii.end(), round);
+  round(fibers.radius);
+  return fibers;
+}
+
 /// @tparam S  of the points that the tree is given
 template <typename S>
 class LinearTrial : public StepTrial {
  public:
   LinearTrial(const Scene& scene, const FiberTreeOptions& options)
-      : StepTrial(scene, options), start_(step_.start), end_(step_.end) {}
+      : StepTrial({rounded<S>(scene.fibers), {}, {}, {rounded<S>(scene.end.front())}}, options),
+        start_(step_.start),
+        end_(step_.end) {}
 
   double frame(Deadline& deadline) override {
     impacts_.clear();

@@ -244,19 +244,26 @@ std::string indented(const std::string& lines, const char* first) {
 
 void printChoice(const std::vector<Row>& rows, const Wish& wish, bool is_sample,
                  AnswerStream& stream) {
+  // Shares that are asked for are of all pairs; what is not asked for is of those that were judged.
   std::string wished = wish.missed > 0 ? "missing at most " + shareText(wish.missed)
                        : is_sample     ? "missing nothing of the sample"
                                        : "missing nothing";
   if (wish.wrong > 0) wished += ", with at most " + shareText(wish.wrong) + " false pairs";
-  if (wish.wrong == 0) wished += ", without false pairs";
+  if (wish.wrong == 0)
+    wished += is_sample ? ", without false pairs of the sample" : ", without false pairs";
   if (wish.seconds) wished += ", within " + timeText(*wish.seconds);
   const Row* const best = choose(rows, wish);
   if (best == nullptr) {
     stream.write("\nNo setting is " + wished + ". Ask for less: --miss, --false, --budget.\n");
     return;
   }
-  stream.write(fmt::format("\nThe fastest, {}: {}: {}, {}\n{}{}", wished, best->dial, best->value,
-                           timeText(best->outcome.seconds), indented(best->cpp, "C++"),
+  std::string bounds;
+  if (is_sample) {
+    bounds = fmt::format(" (at most {} missed and {} false, with 97.5 % confidence)",
+                         shareText(best->outcome.most_missed), shareText(best->outcome.most_false));
+  }
+  stream.write(fmt::format("\nThe fastest, {}: {}: {}, {}{}\n{}{}", wished, best->dial, best->value,
+                           timeText(best->outcome.seconds), bounds, indented(best->cpp, "C++"),
                            indented(best->python, "Python")));
 }
 
