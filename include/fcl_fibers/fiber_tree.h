@@ -234,9 +234,11 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// keeps its memory for the next call, and its content if the call is refused.
   ///
   /// If a radius is far too large, all segments touch, and the pairs of 10^5 would take 40 GB. So
-  /// this, and all other calls that keep what they find, throw std::length_error once that is more
-  /// than 1 GiB and more than 256 for each segment of this tree. Then, as after std::bad_alloc, the
-  /// vector has some of what was found. visit() of Pairs and visitInParallel() keep nothing.
+  /// this call, visit() of Contacts or in an order, closest() and LivePairs::update() throw
+  /// std::length_error once they keep more than 1 GiB and more than 256 answers for each segment, or
+  /// for each of the partner's segments or triangles if these are more. Then the vector has some of
+  /// what was found, or of Contacts what it had before. visit() of Pairs in the order found and
+  /// visitInParallel() keep nothing.
   template <class Question, class Partner, class Found>
   void find(const Question& question, const Partner& partner, std::vector<Found>& found) const {
     requireAnswer<Question, Partner>();
@@ -328,8 +330,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///
   /// A program that moves only so far meets the same pair again at once. The pairs that touch next
   /// are the impacts whose time is little more than this one. Throws as Impacts do, and
-  /// std::length_error after 2^24 pairs that touch at the start, if they are more than 256 for each
-  /// segment of this tree.
+  /// std::length_error after it has computed the times of 2^24 pairs, as it has to of all that touch
+  /// at the start, if these are more than 256 for each segment or for each of the partner's.
   template <class Partner>
   double safeStep(const Partner& partner) const {
     requireAnswer<SafeStep, Partner>();
@@ -348,7 +350,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// deepest contact, which has the least, negative distance. The margin does not count. Of equal
   /// distances that of the least pair of names counts. If there is no pair, the distance is
   /// infinite and the segments are -1. Threads share the work where something touches. All pairs
-  /// that touch are kept to find it.
+  /// that touch are kept to find it, so it may throw std::length_error as find() does.
   ///
   ///     const Contact c = tree.closest(Contacts{fibers, &others}, other_tree);
   ///     if (c.distance < 0.1) slowDown(c.a.fiber, c.b.fiber);

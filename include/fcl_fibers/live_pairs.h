@@ -98,7 +98,8 @@ class LivePairs {
   /// Brings the pairs to where the fibers are now. It may fit the tree, so no query of the tree may
   /// run meanwhile, and no function of these pairs; of another tree as the partner it is a query.
   /// Throws std::invalid_argument as FiberTree::find() of Pairs does, and if a query of the tree
-  /// runs. After it has thrown, the pairs and what began and ended are as they were.
+  /// runs, and std::length_error as find() does, where the pairs within the skin count. After it
+  /// has thrown, the pairs and what began and ended are as they were.
   FCL_FIBERS_TREE_EXPORT void update();
 
   /// Returns how many pairs touch.

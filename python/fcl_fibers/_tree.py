@@ -312,7 +312,8 @@ class FiberTree:
         order   "found": as the search comes to them. "segments": ascending by the first segment,
                 then by the second one or the triangle. "fibers": ascending by the fiber of the
                 first segment, by that of the second, and then by segments.
-        limit   more pairs raise ValueError, before a radius far too large fills the memory
+        limit   more pairs raise ValueError, before a radius far too large fills the memory; by
+                default 1 GiB of them, if these are more than 256 for each segment
         """
         number = _contacts.order_number(order)
         return self._tree.pairs(_core_of(other), number, _limit(limit))

@@ -17,11 +17,13 @@ namespace {
 std::string inPython(const std::string& text) {
   static const std::regex call("^(fcl_fibers: )?(\\w+(::\\w+)*(\\(\\w+\\))?: )?");
   std::string result = std::regex_replace(text, call, "", std::regex_constants::format_first_only);
-  const char* const names[][2] = {{"Report::kCapsules", "report='capsules'"},
-                                  {"Volumes::kLayeredBoxes", "volumes='boxes'"},
-                                  {"LivePairs::update", "update"},
-                                  {"Order::kFibers", "order='fibers'"},
-                                  {"\\b([ab])\\.fiber\\b", "fiber_$1"}};
+  const char* const names[][2] = {
+      {"Report::kCapsules", "report='capsules'"},
+      {"Volumes::kLayeredBoxes", "volumes='boxes'"},
+      {"LivePairs::update", "update"},
+      {"visit\\(Pairs\\{\\}\\) or visitInParallel\\(\\), which keep", "visit_pairs(), which keeps"},
+      {"Order::kFibers", "order='fibers'"},
+      {"\\b([ab])\\.fiber\\b", "fiber_$1"}};
   for (const auto& [cpp, python] : names) {
     result = std::regex_replace(result, std::regex(cpp), python);
   }
@@ -32,6 +34,8 @@ void translate(std::exception_ptr error) {
   try {
     std::rethrow_exception(error);
   } catch (const std::invalid_argument& e) {
+    PyErr_SetString(PyExc_ValueError, inPython(e.what()).c_str());
+  } catch (const std::length_error& e) {
     PyErr_SetString(PyExc_ValueError, inPython(e.what()).c_str());
   } catch (const std::runtime_error& e) {
     // Others are errors of Python already, or derived types with translations of their own.

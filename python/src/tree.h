@@ -388,6 +388,10 @@ class Tree {
                                                 std::size_t limit) const {
     const Query own(users_);
     using Found = FoundBy<Question, Partner>;
+    if (limit == kNoLimit) {
+      // That of the calls of C++ that keep what they find.
+      limit = std::max((std::size_t{1} << 30) / sizeof(Found), 256 * tree_.segmentCount());
+    }
     const auto visit = [&](auto&& take) { tree_.visit(question, partner, take); };
     if constexpr (!std::is_same_v<Found, SegmentPair>) {
       return collect<Found>(0, limit, visit);

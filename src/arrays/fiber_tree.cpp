@@ -85,6 +85,12 @@ bool isWayRatherThan(const MeshContact& p, const MeshContact& q) {
   return p.solid ? p.distance > q.distance : p.distance < q.distance;
 }
 
+// Of a partner: what requireFew() counts.
+std::size_t elementsOf(const FiberTree& tree) { return tree.segmentCount(); }
+std::size_t elementsOf(const TriangleMesh& mesh) { return mesh.triangleCount(); }
+std::size_t elementsOf(const MeshStep& step) { return step.end.triangleCount(); }
+std::size_t elementsOf(const Shape& /*shape*/) { return 1; }
+
 /// Hands on what search(sink) finds. Returns whether the output ended it.
 /// @param own  sifts the pairs of one tree; null for others
 template <class Found, class Search>
@@ -121,7 +127,8 @@ class FiberTree::Impl {
     using Found = FoundBy<Pairs, Partner>;
     if (output.delivery() != PairSink::Delivery::kPlaced) {
       UnwrittenVector<Found> all;
-      collect(call, all, [&](Output& found) { answerInOrder(call, question, partner, found); });
+      collect(call, partner, all,
+              [&](Output& found) { answerInOrder(call, question, partner, found); });
       return !all.empty() && output.take(all.data(), all.size(), 0);
     }
     search(call, question, partner, output);
@@ -136,21 +143,30 @@ class FiberTree::Impl {
     return false;
   }
   /// Replaces the content of a vector by what search(output) finds.
-  template <class Found, class Search>
-  void collect(const Call& call, UnwrittenVector<Found>& all, Search&& search) const {
+  /// @param bytes  that each will take, if that is more than what is found itself
+  template <class Partner, class Found, class Search>
+  void collect(const Call& call, const Partner& partner, UnwrittenVector<Found>& all,
+               Search&& search, std::size_t bytes = 0) const {
     const arrays::Room room = [&all](std::size_t count) {
       if (count > all.size()) all.resize(count);
       return static_cast<void*>(all.data());
     };
-    Output output(room, call.text(), index_->leaves().size());
+    Output output(room, call.text(), elements(partner), bytes);
     search(output);
     all.resize(output.count());
   }
+  /// What requireFew() counts of this tree and the partner.
+  template <class Partner>
+  std::size_t elements(const Partner& partner) const {
+    return std::max(index_->leaves().size(), elementsOf(partner));
+  }
   template <class Partner>
   UnwrittenVector<FoundBy<Pairs, Partner>> pairs(const Call& call, Order order,
-                                                 const Partner& partner) const {
+                                                 const Partner& partner, std::size_t bytes) const {
     UnwrittenVector<FoundBy<Pairs, Partner>> pairs;
-    collect(call, pairs, [&](Output& found) { answer(call, Pairs{order}, partner, found); });
+    collect(
+        call, partner, pairs, [&](Output& found) { answer(call, Pairs{order}, partner, found); },
+        bytes);
     return pairs;
   }
   /// Computes the contacts of what is found on the thread that finds it.
@@ -292,14 +308,14 @@ class FiberTree::Impl {
                     UnwrittenVector<SegmentPair>& pairs) const {
     const std::shared_ptr<const Impl> held = partner.impl();
     call.require(index_.problem(/*needs_capsules=*/true));
-    collect(call, pairs, [&](Output& found) { search(call, Pairs{}, partner, found); });
+    collect(call, partner, pairs, [&](Output& found) { search(call, Pairs{}, partner, found); });
     if (pairs.empty()) arrays::findClosest(call.text(), index_, held->index_, pairs);
   }
   void closestPairs(const Call& call, const TriangleMesh& partner,
                     UnwrittenVector<TrianglePair>& pairs) const {
     call.require(index_.problem(/*needs_capsules=*/true));
     const index::PosedMesh mesh(placed(call, partner), index_->frame());
-    collect(call, pairs, [&](Output& found) {
+    collect(call, partner, pairs, [&](Output& found) {
       handOn<TrianglePair>(
           found, nullptr, [&](PairSink& sink) { return index_->search(mesh, /*margin=*/0, sink); });
     });
@@ -348,8 +364,8 @@ class FiberTree::Impl {
         return is_own ? index_->search(sink, asked) : index_->search(*other, kept, sink, asked);
       });
     } else {
-      const double time =
-          is_own ? index_->firstTime(&own) : index_->firstTime(nullptr, *other, kept);
+      const double time = is_own ? index_->firstTime(elements(partner), &own)
+                                 : index_->firstTime(elements(partner), nullptr, *other, kept);
       return output.take(&time, 1, 0);
     }
   }
@@ -396,7 +412,7 @@ class FiberTree::Impl {
         return index_->search(mesh, margin, sink, index::Question::ofStep());
       });
     } else {
-      const double time = index_->firstTime(nullptr, mesh, margin);
+      const double time = index_->firstTime(elements(copy), nullptr, mesh, margin);
       return output.take(&time, 1, 0);
     }
   }
@@ -411,7 +427,7 @@ class FiberTree::Impl {
           "them");
     }
     if constexpr (std::is_same_v<Question, SafeStep>) {
-      const double time = index_->firstTime(nullptr, shape);
+      const double time = index_->firstTime(elements(partner), nullptr, shape);
       return output.take(&time, 1, 0);
     } else {
       index::Question asked;
@@ -480,7 +496,10 @@ bool FiberTree::ask(const Query& query, const Take& take) const {
 }
 std::size_t FiberTree::fill(const Query& query, const Room& room) const {
   const Call call{query.call, kQuestions[query.question.index()]};
-  Output output(room, call.text(), segmentCount());
+  const std::shared_ptr<const Impl> held = impl();
+  const std::size_t elements =
+      std::visit([&](const auto* partner) { return held->elements(*partner); }, query.partner);
+  Output output(room, call.text(), elements);
   Impl::answer(*this, query, output);
   return output.count();
 }
@@ -498,8 +517,7 @@ void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner
   const std::shared_ptr<const Impl> own = impl();
   const Call call{"find", "Contacts"};
   const auto held = own->hold(call, question, partner);
-  const auto pairs = own->pairs(call, question.order, partner);
-  index::requireFew(call.text(), pairs.size(), sizeof(Found), own->index()->leaves().size());
+  const auto pairs = own->pairs(call, question.order, partner, sizeof(Found));
   contacts.resize(pairs.size());
   own->compute(held, pairs.data(), pairs.size(), contacts.data());
 }

@@ -80,9 +80,15 @@ class Output {
   using Delivery = index::PairSink::Delivery;
 
   Output(Delivery delivery, const Take& take) : delivery_(delivery), take_(&take) {}
-  /// @param call  what keeps all that is found, of so many segments
-  Output(const Room& room, std::string call, std::size_t segments)
-      : delivery_(Delivery::kPlaced), room_(&room), call_(std::move(call)), segments_(segments) {}
+  /// @param call      what keeps all that is found
+  /// @param elements  as requireFew() has it
+  /// @param bytes     that each will take, if that is more than what is found itself
+  Output(const Room& room, std::string call, std::size_t elements, std::size_t bytes = 0)
+      : delivery_(Delivery::kPlaced),
+        room_(&room),
+        call_(std::move(call)),
+        elements_(elements),
+        bytes_(bytes) {}
 
   Delivery delivery() const { return delivery_; }
   /// Calls take(), unless the delivery is kPlaced. Once it has returned true or thrown on any
@@ -100,7 +106,9 @@ class Output {
   /// Throws if so many more are hopelessly many, if the delivery is kPlaced.
   template <class Found>
   void requireRoom(std::size_t count) const {
-    index::requireFew(call_, count_ + count, sizeof(Found), segments_);
+    index::requireFew(call_.c_str(), count_ + count,
+                      index::kMostKept / std::max(sizeof(Found), bytes_), elements_,
+                      ", or ask visit(Pairs{}) or visitInParallel(), which keep nothing");
   }
   /// Makes room for so many more, if the delivery is kPlaced.
   template <class Found>
@@ -122,7 +130,7 @@ class Output {
   const Take* take_ = nullptr;
   const Room* room_ = nullptr;
   const std::string call_;
-  const std::size_t segments_ = 0;
+  const std::size_t elements_ = 0, bytes_ = 0;
   std::atomic<bool> has_ended_{false};
   std::size_t begin_ = 0, count_ = 0;
   void* all_ = nullptr;

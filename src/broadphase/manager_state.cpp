@@ -422,8 +422,7 @@ void ManagerState<S>::makeReady(const char* call) const {
   if (state_ == State::kReady) return;
   if (state_ == State::kFailed) {
     throwInvalidArgument(call,
-                         "the last update failed; repair the object that it named and call "
-                         "update()");
+                         "the last update failed; mend what its error named and call update()");
   }
   catchUp(call, state_);
 }

@@ -253,9 +253,9 @@ void FirstTime::add(double time) {
 
 void FirstTime::addComputed(std::size_t count) {
   if (count == 0) return;
-  constexpr std::size_t kAsBytes = 64;  // 2^24 pairs in 1 GiB, or three seconds
+  constexpr std::size_t kMost = std::size_t{1} << 24;  // three seconds
   const std::size_t before = computed_.fetch_add(count, std::memory_order_relaxed);
-  requireFew("FiberTree::safeStep", before + count, kAsBytes, segments_);
+  requireFew("FiberTree::safeStep", before + count, kMost, elements_);
 }
 
 template <class Range, class Hulls>

@@ -34,19 +34,19 @@ struct MovingRange {
 /// The first of the times that several threads find; 1 if there is none.
 class FirstTime {
  public:
-  /// @param segments  of the index that is searched
-  explicit FirstTime(std::size_t segments) : segments_(segments) {}
+  /// @param elements  as requireFew() has it
+  explicit FirstTime(std::size_t elements) : elements_(elements) {}
 
   double get() const { return first_.load(std::memory_order_relaxed); }
   /// The last time that counts in a search, rounded up.
   const std::atomic<float>& until() const { return until_; }
   void add(double time);
-  /// Counts pairs whose approach has been computed, which takes 0.2 us. Throws as requireFew()
-  /// does.
+  /// Counts pairs whose approach has been computed, as it has to be of all that touch at the start.
+  /// Throws as requireFew() does.
   void addComputed(std::size_t count);
 
  private:
-  const std::size_t segments_;
+  const std::size_t elements_;
   std::atomic<std::size_t> computed_{0};
   std::atomic<double> first_{1};
   std::atomic<float> until_{1};

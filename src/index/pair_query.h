@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "geometry/impact.h"
@@ -19,10 +18,15 @@ struct PairRun {
   int worker = 0;  ///< the number of the thread, below Executor::threads(); 0 is the caller's
 };
 
-/// Throws std::length_error if a call that keeps what it finds has found more than 1 GiB, and more
-/// than 256 for each segment: then about everything touches everything.
-void requireFew(const std::string& call, std::size_t found, std::size_t bytes_of_each,
-                std::size_t segments);
+/// Bytes that a call may keep of what it finds, however few segments there are.
+inline constexpr std::size_t kMostKept = std::size_t{1} << 30;
+
+/// Throws std::length_error if a call has more pairs than `most`, and more than 256 for each
+/// element: then about everything touches everything.
+/// @param elements  segments, or triangles of the partner if they are more
+/// @param remedy    what else a caller may do, with a comma or semicolon before it
+void requireFew(const char* call, std::size_t pairs, std::size_t most, std::size_t elements,
+                const char* remedy = "");
 
 /// Receives the pairs of a search.
 class PairSink {

@@ -18,15 +18,16 @@ using tree::TraversalTask;
 using tree::Visit;
 using Delivery = PairSink::Delivery;
 
-void requireFew(const std::string& call, std::size_t found, std::size_t bytes_of_each,
-                std::size_t segments) {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 30, kMostOfSegment = 256;
-  if (found <= kMostBytes / bytes_of_each || found / kMostOfSegment <= segments) return;
-  throw std::length_error("fcl_fibers: " + call + ": " + std::to_string(segments) +
-                          " segments have more than " + std::to_string(found - 1) +
-                          " pairs, which are more than 256 for each and 1 GiB; see whether the "
-                          "radii and the margin have the unit of the points, or call visit(Pairs) "
-                          "or visitInParallel(), which keep no pairs");
+void requireFew(const char* call, std::size_t pairs, std::size_t most, std::size_t elements,
+                const char* remedy) {
+  constexpr std::size_t kMostOfElement = 256;
+  if (pairs <= most || pairs / kMostOfElement <= elements) return;
+  throw std::length_error(std::string("fcl_fibers: ") + call + ": about everything touches " +
+                          "everything: there are more than " + std::to_string(pairs - 1) +
+                          " pairs of " + std::to_string(elements) +
+                          " segments or triangles; see whether the radii and the margin have the "
+                          "unit of the points" +
+                          remedy);
 }
 
 Visit SerialBuffer::full() {

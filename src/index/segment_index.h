@@ -227,10 +227,12 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
                      const Question& question = {}) const;
 
   /// Finds the first time of the step that Question::first asks for, with a partner of search().
-  /// Returns 1 if there is none.
+  /// Returns 1 if there is none. Throws as requireFew() does.
+  /// @param elements  as requireFew() has it
   template <class... Partner>
-  double firstTime(const PairFilter* wanted, const Partner&... partner) const {
-    FirstTime first(leaves().size());
+  double firstTime(std::size_t elements, const PairFilter* wanted,
+                   const Partner&... partner) const {
+    FirstTime first(elements);
     NoSink nothing;
     search(partner..., nothing, Question::ofStep(wanted, &first));
     return first.get();

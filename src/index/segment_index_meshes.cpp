@@ -55,6 +55,7 @@ class MarkingSink final : public PairSink {
     }
     return Visit::kContinue;
   }
+  void requireRoom(std::size_t count) const override { sink_.requireRoom(count); }
   void makeRoom(std::size_t count) override { sink_.makeRoom(count); }
   void place(std::size_t begin, const PairRun& run) const override { sink_.place(begin, run); }
 

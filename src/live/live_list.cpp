@@ -28,8 +28,9 @@ bool isBefore(const Pair& p, const Pair& q) { return p.a != q.a ? p.a < q.a : p.
 /// Puts what a search finds into a list.
 class ListSink final : public index::PairSink {
  public:
-  ListSink(const Pairing& pairing, std::size_t segments, Entries& entries)
-      : pairing_(pairing), segments_(segments), entries_(entries) {}
+  /// @param elements  as requireFew() has it
+  ListSink(const Pairing& pairing, std::size_t elements, Entries& entries)
+      : pairing_(pairing), elements_(elements), entries_(entries) {}
 
   Delivery delivery() const override { return Delivery::kPlaced; }
   std::size_t sift(Pair* pairs, geometry::Impact* /*impacts*/, std::size_t count) const override {
@@ -41,7 +42,8 @@ class ListSink final : public index::PairSink {
     return tree::Visit::kContinue;
   }
   void requireRoom(std::size_t count) const override {
-    index::requireFew("live pairs", entries_.size() + count, sizeof(Entry), segments_);
+    index::requireFew("live pairs", entries_.size() + count, index::kMostKept / sizeof(Entry),
+                      elements_, ", and whether the skin is far wider than the gaps");
   }
   void makeRoom(std::size_t count) override {
     requireRoom(count);
@@ -55,7 +57,7 @@ class ListSink final : public index::PairSink {
 
  private:
   const Pairing& pairing_;
-  const std::size_t segments_;
+  const std::size_t elements_;
   Entries& entries_;
   std::size_t begin_ = 0;
 };
@@ -320,9 +322,15 @@ void LiveList::list(Pairing& pairing, double skin, Last last, Entries& listed,
   ++counts_.listings;
   listed.clear();
   gone.clear();
-  std::size_t segments = 0;
-  for (int i = 0; i < pairing.sideCount(); ++i) segments += pairing.side(i).order->size();
-  ListSink sink(pairing, segments, listed);
+  std::size_t segments = 0, elements = 0;
+  for (int i = 0; i < pairing.sideCount(); ++i) {
+    segments += pairing.side(i).order->size();
+    elements = std::max(elements, pairing.side(i).order->size());
+  }
+  if (pairing.triangles() != nullptr) {
+    elements = std::max(elements, pairing.triangles()->order().size());
+  }
+  ListSink sink(pairing, elements, listed);
   const Counter seen;
   pairing.search(skin, seen, sink);
   if (pairing.triangles() != nullptr) {

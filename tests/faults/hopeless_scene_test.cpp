@@ -2,22 +2,29 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include <fcl/geometry/shape/sphere.h>
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/live_pairs.h>
 #include <tbb/global_control.h>
 
 #include "support/allocation_faults.h"
 #include "support/assembly.h"
+#include "support/mesh_models.h"
 #include "support/random.h"
 
 namespace fcl_fibers::test {
@@ -82,6 +89,23 @@ TEST(HopelessScene, LetsAVisitorEndTheQuerySoon) {
   }
 }
 
+TriangleMesh solidOf(const MeshShape& shape) {
+  std::vector<std::int32_t> corners;
+  for (const auto& triangle : shape.triangles) {
+    for (const std::size_t corner : triangle) corners.push_back(static_cast<std::int32_t>(corner));
+  }
+  const MeshArrays<double> arrays{shape.points.front().data(), shape.points.size(), corners.data(),
+                                  shape.triangles.size()};
+  return TriangleMesh(arrays, TriangleMesh::Kind::kSolid);
+}
+
+std::vector<std::pair<std::int32_t, std::int32_t>> sorted(const std::vector<SegmentPair>& pairs) {
+  std::vector<std::pair<std::int32_t, std::int32_t>> all;
+  for (const SegmentPair& pair : pairs) all.emplace_back(pair.a, pair.b);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
 /// Expects that a call ends with an error that tells what to look at, before it has found all of
 /// the five billion pairs, which take 40 GB.
 void expectRefuses(const char* call, const std::function<void()>& ask) {
@@ -121,10 +145,52 @@ TEST(HopelessScene, EndsWhatKeepsAllPairs) {
   expectRefuses("FiberTree::find(Impacts)", [&] { tree.find(Impacts{}, impacts); });
   expectRefuses("FiberTree::find(Contacts)", [&] { tree.find(contacts, found); });
   expectRefuses("FiberTree::closest", [&] { tree.closest(contacts); });
+  const Assembly<float> few = hopelessScene(3'000);
+  FiberTree other(options);
+  other.build(few.view());
+  expectRefuses("FiberTree::find(Pairs)", [&] { other.find(Pairs{}, tree, pairs); });
+  const TriangleMesh solid = solidOf(blob(0.5, 0, 40, 25));
+  std::vector<TrianglePair> with_mesh;
+  expectRefuses("FiberTree::find(Pairs)", [&] { tree.find(Pairs{}, solid, with_mesh); });
+  expectRefuses("FiberTree::safeStep", [&] { tree.safeStep(); });
   LivePairs live(tree);
   expectRefuses("live pairs", [&] { live.update(); });
-  // Few would pass, because it takes a hundred times as long as a test of two capsules.
-  expectRefuses("FiberTree::safeStep", [&] { tree.safeStep(); });
+  // They are asked again where there is hope.
+  Assembly<float> thin = fibers;
+  std::fill(thin.radii.begin(), thin.radii.end(), 0.003f);
+  tree.update(thin.view());
+  live.update();
+  std::vector<SegmentPair> alive;
+  live.find(alive);
+  tree.find(Pairs{}, pairs);
+  EXPECT_GT(pairs.size(), 10u);
+  EXPECT_EQ(sorted(alive), sorted(pairs));
+}
+
+TEST(HopelessScene, EndsTheUpdateOfAManagerWithASkin) {
+  const Assembly<float> fibers = hopelessScene(17'000);
+  std::vector<std::unique_ptr<fcl::CollisionObjectd>> owned;
+  std::vector<fcl::CollisionObjectd*> objects;
+  const auto ball = std::make_shared<fcl::Sphered>(10);
+  for (std::size_t i = 0; i < fibers.fiberCount(); ++i) {
+    owned.push_back(std::make_unique<fcl::CollisionObjectd>(ball));
+    owned.back()->setTranslation({fibers.points[6 * i], fibers.points[6 * i + 1], 0});
+    objects.push_back(owned.back().get());
+  }
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  options.skin = 0.1;
+  LayeredAABBTreeCollisionManagerd manager(options);
+  manager.registerObjects(objects);
+  expectRefuses("live pairs", [&] { manager.update(); });
+  // As after any update that throws, queries are refused until one succeeds.
+  const auto ask = [&] {
+    return manager.collide(nullptr, [](auto*, auto*, void*) { return true; });
+  };
+  EXPECT_THROW(ask(), std::invalid_argument);
+  for (std::size_t i = 10; i < objects.size(); ++i) manager.unregisterObject(objects[i]);
+  manager.update();
+  ask();
 }
 
 TEST(HopelessScene, IsNoneWithAsManyPairsAsAnyoneNeeds) {

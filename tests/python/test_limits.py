@@ -8,6 +8,19 @@ import fcl_fibers
 from scenes import random_scene
 
 
+def test_without_a_limit_a_scene_without_hope_is_an_error():
+    """If this failed, a radius in the wrong unit would fill all memory."""
+    points = np.random.default_rng(1).random((2 * 17_000, 3))
+    tree = fcl_fibers.FiberTree(threads=2)
+    tree.build(points, np.arange(0, len(points) + 1, 2), 10.0)
+    with pytest.raises(ValueError, match="more pairs than the limit, 134217728; the radius"):
+        tree.pairs()
+    with pytest.raises(
+        ValueError, match=r"unit of the points, or ask visit_pairs\(\), which keeps"
+    ):
+        tree.closest()
+
+
 @pytest.mark.parametrize("report", ["volumes", "capsules"])
 def test_more_pairs_than_the_limit_are_an_error(report):
     scene = random_scene(9, fibers=60)
