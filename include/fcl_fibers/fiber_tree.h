@@ -235,9 +235,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///
   /// If a radius is far too large, all segments touch, and the pairs of 10^5 would take 40 GB. So
   /// this call, visit() of Contacts or in an order, closest() and LivePairs::update() throw
-  /// std::length_error once they keep more than 1 GiB and more than 256 answers for each segment, or
-  /// for each of the partner's segments or triangles if these are more. Then the vector has some of
-  /// what was found, or of Contacts what it had before. visit() of Pairs in the order found and
+  /// std::length_error once they keep more than 1 GiB and more than 256 answers for each segment,
+  /// or for each of the partner's segments or triangles if these are more. Then the vector has some
+  /// of what was found, or of Contacts what it had before. visit() of Pairs in the order found and
   /// visitInParallel() keep nothing.
   template <class Question, class Partner, class Found>
   void find(const Question& question, const Partner& partner, std::vector<Found>& found) const {
@@ -330,8 +330,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///
   /// A program that moves only so far meets the same pair again at once. The pairs that touch next
   /// are the impacts whose time is little more than this one. Throws as Impacts do, and
-  /// std::length_error after it has computed the times of 2^24 pairs, as it has to of all that touch
-  /// at the start, if these are more than 256 for each segment or for each of the partner's.
+  /// std::length_error after it has computed the times of 2^24 pairs, as it has to of all that
+  /// touch at the start, if these are more than 256 for each segment or for each of the partner's.
   template <class Partner>
   double safeStep(const Partner& partner) const {
     requireAnswer<SafeStep, Partner>();

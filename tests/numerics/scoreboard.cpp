@@ -321,7 +321,9 @@ void printPage(const std::vector<std::string>& wanted) {
          "their default tolerance. FCL's boxes and the closed form have the numbers of the "
          "row.\n"
          "* **FCL's other managers** have the closed form. The cells of its "
-         "`SpatialHashingCollisionManager` are a twentieth of\n  the longest side of the scene.\n";
+         "`SpatialHashingCollisionManager` are a twentieth of\n  the longest side of the scene. "
+         "Which object of a pair comes first may depend on addresses, and the closed form\n"
+         "  rounds by it, so a cell may differ by one from run to run.\n";
   for (const std::string& line : peerTexts()) std::cout << "* " << line << '\n';
   const char* const commit = std::getenv("FCL_FIBERS_COMMIT");
   std::cout

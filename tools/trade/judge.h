@@ -71,8 +71,8 @@ struct Verdict {
   /// back, see PairsAlong.
   std::vector<Touch> contacts;
   std::vector<Touch> open;  ///< pairs whose touch rounding decides, ascending
-  std::vector<std::size_t>
-      sample;  ///< by first point: the number of its piece, or 0 if it has none
+  /// By first point: the number of its piece, from 1, or 0 if it is outside of the sample.
+  std::vector<std::size_t> sample;
   std::size_t pieces = 0, judged_pieces = 0;
   bool has_pairs_along = false;  ///< other than adjacent segments
 
