@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -31,9 +32,13 @@ struct FiberPolylines {
   /// Radius of every segment, if `radii` is empty. Finite, not negative.
   double radius = 0;
 
-  /// One number per point: the radius of the segment that starts there. The number at a fiber's
-  /// last point is not used. If this is empty, `radius` counts for all. Finite, not negative.
+  /// One number per point, by `radii_are`. If this is empty, `radius` counts for all. Finite, not
+  /// negative.
   std::vector<double> radii;
+
+  /// What `radii` holds: the radius of the segment that starts at each point (kPerFirstPoint), or
+  /// the radius at each point, so that segments are rounded cones (kPerPoint).
+  FiberArrays<double>::Radii radii_are = FiberArrays<double>::Radii::kPerFirstPoint;
 
   /// One number per fiber: 1 if it is a closed curve, else 0. The last point of a closed curve
   /// repeats its first, so its last segment is a neighbour of its first. If this is empty, no fiber
@@ -46,6 +51,14 @@ struct FiberPolylines {
   /// from here, if `radius` and `radii` are still those of these points, so that a narrow place of
   /// one point is not lost. Finite, not negative.
   std::vector<double> point_radii;
+
+  /// One number per fiber: the point of another fiber that its first point repeats, or -1 for none;
+  /// see FiberArrays::starts_at. If this is empty, no fiber starts at another one.
+  std::vector<std::int32_t> starts_at;
+
+  /// One number per fiber: the point of a fiber that its last point repeats, or -1 for none. If
+  /// this is empty, no fiber ends at another one.
+  std::vector<std::int32_t> ends_at;
 
   /// Number of fibers, including those without segments.
   std::size_t fiberCount() const { return point_begin.size() - 1; }
@@ -66,8 +79,13 @@ struct FiberPolylines {
   /// Returns whether a fiber is a closed curve.
   bool isClosed(std::size_t fiber) const { return !closed.empty() && closed[fiber] != 0; }
 
-  /// Returns the radius of the segment that starts at a point.
-  double radiusAt(std::size_t point) const { return radii.empty() ? radius : radii[point]; }
+  /// Returns the radius of the segment that starts at a point, or the larger one of its two ends if
+  /// they differ.
+  double radiusAt(std::size_t point) const {
+    if (radii.empty()) return radius;
+    const bool tapers = radii_are == FiberArrays<double>::Radii::kPerPoint;
+    return tapers ? std::max(radii[point], radii[point + 1]) : radii[point];
+  }
 };
 
 /// Returns the polylines as FiberTree takes them. The result borrows the arrays of `scene`.
@@ -78,9 +96,10 @@ inline FiberArrays<double> fiberArrays(const FiberPolylines& scene) {
   arrays.point_begin = scene.point_begin.data();
   arrays.fiber_count = scene.fiberCount();
   arrays.radii = scene.radii.empty() ? &scene.radius : scene.radii.data();
-  arrays.radii_are = scene.radii.empty() ? FiberArrays<double>::Radii::kOne
-                                         : FiberArrays<double>::Radii::kPerFirstPoint;
+  arrays.radii_are = scene.radii.empty() ? FiberArrays<double>::Radii::kOne : scene.radii_are;
   arrays.closed = scene.closed.empty() ? nullptr : scene.closed.data();
+  arrays.starts_at = scene.starts_at.empty() ? nullptr : scene.starts_at.data();
+  arrays.ends_at = scene.ends_at.empty() ? nullptr : scene.ends_at.data();
   return arrays;
 }
 

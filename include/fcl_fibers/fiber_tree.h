@@ -45,6 +45,10 @@ struct FiberArrays {
     /// point_count: radii[i] for the capsule whose first point is point i. Those at the last point
     /// of a fiber and at points of no fiber are not read.
     kPerFirstPoint,
+    /// point_count: radii[i] at point i. Along a segment the radius changes linearly, so the
+    /// segment is a rounded cone: the hull of the balls around its two points. Those at points of
+    /// no fiber are not read.
+    kPerPoint,
   };
 
   /// x, y, z of each point: 3 * point_count numbers, finite unless the point is of no fiber.
@@ -59,6 +63,13 @@ struct FiberArrays {
   /// last point of a closed fiber repeats its first, so its last capsule is a neighbour of its
   /// first.
   const std::uint8_t* closed = nullptr;
+  /// fiber_count numbers: the point of another fiber that the first point of each fiber repeats, or
+  /// -1 for none. So fibers form trees, such as neurons and vessels. Null if no fiber starts at
+  /// another one. Segments that meet there are neighbours, and neighbours count along the tree.
+  const std::int32_t* starts_at = nullptr;
+  /// fiber_count numbers: the point of a fiber that the last point of each fiber repeats, or -1 for
+  /// none. So vessels form loops. Null if no fiber ends at another one.
+  const std::int32_t* ends_at = nullptr;
   /// fiber_count group numbers, 0 for a fiber without a group. Null if no fiber has one. See
   /// FiberGroup.
   const std::int32_t* groups = nullptr;

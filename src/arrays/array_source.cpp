@@ -57,14 +57,14 @@ bool ArraySource<S>::read(const SegmentId* ids, int count, int ahead, const Fram
       }
     }
   });
-  readRadii(ids, count, frame.scale, out.radius);
+  readRadii(ids, count, frame.scale, out);
   present = geometry::firstOfBlock(count);
   return true;
 }
 
 template <typename S>
 double ArraySource<S>::readEnds(SegmentId begin, SegmentId end, const Frame& frame,
-                                geometry::CapsuleEnd* out) const {
+                                geometry::CapsuleEnd* out, bool& are_tapered) const {
   if (fibers_.point_end != nullptr) return -1;  // nothing may be read between fibers
   double reach = 0;
   const auto readRun = [&](std::size_t from, std::size_t to, const S* radii, std::size_t step) {
@@ -93,11 +93,22 @@ double ArraySource<S>::readEnds(SegmentId begin, SegmentId end, const Frame& fra
     const bool is_one = fibers_.radii_are == FiberArrays<S>::Radii::kOne;
     readRun(first, last, fibers_.radii, is_one ? 0 : 1);
   }
+  if (fibers_.radii_are == FiberArrays<S>::Radii::kPerPoint) {
+    // Points of two fibers that follow each other may differ without a taper, which costs no pair.
+    const S* const radii = fibers_.radii;
+    bool differ = false;
+    for (std::size_t i = std::max<std::size_t>(first, 1); i < last; ++i) {
+      differ |= radii[i] != radii[i - 1];
+    }
+    are_tapered = are_tapered || differ;
+  }
   return reach;
 }
 
 template <typename S>
-void ArraySource<S>::readRadii(const SegmentId* ids, int count, double scale, double* out) const {
+void ArraySource<S>::readRadii(const SegmentId* ids, int count, double scale,
+                               index::SegmentBlock& block) const {
+  double* const out = block.radius;
   const auto index = [ids](int i) { return static_cast<std::size_t>(ids[i]); };
   switch (fibers_.radii_are) {
     case FiberArrays<S>::Radii::kPerFiber: {
@@ -114,6 +125,16 @@ void ArraySource<S>::readRadii(const SegmentId* ids, int count, double scale, do
     }
     case FiberArrays<S>::Radii::kPerFirstPoint:
       for (int i = 0; i < count; ++i) out[i] = scale * static_cast<double>(fibers_.radii[index(i)]);
+      break;
+    case FiberArrays<S>::Radii::kPerPoint:
+      block.are_tapered = true;
+      for (int i = 0; i < count; ++i) {
+        const S* const radii = fibers_.radii + index(i);
+        const double at_a = scale * static_cast<double>(radii[0]);
+        const double at_b = scale * static_cast<double>(radii[1]);
+        out[i] = std::max(at_a, at_b);
+        block.taper[i] = at_b - at_a;
+      }
       break;
     default:
       std::fill_n(out, count, scale * static_cast<double>(fibers_.radii[0]));
@@ -193,13 +214,15 @@ double largestRadius(const char* call, const FiberArrays<S>& fibers, parallel::E
     }
     return are_proper ? largest : std::numeric_limits<double>::quiet_NaN();
   };
-  const bool are_by_point = fibers.radii_are == FiberArrays<S>::Radii::kPerFirstPoint;
+  // Between fibers and, of capsules, at the last point of each no number is read.
+  const bool are_cones = fibers.radii_are == FiberArrays<S>::Radii::kPerPoint;
+  const bool are_by_point = are_cones || fibers.radii_are == FiberArrays<S>::Radii::kPerFirstPoint;
   const std::size_t count = radiusCount(fibers);
   const double largest = largestOf(executor, count, [&](std::size_t begin, std::size_t end) {
     if (!are_by_point) return largestIn(begin, end);
     double most = 0;
     forFibers(fibers, begin, end, [&](std::size_t f, std::size_t first, std::size_t last) {
-      if (last == pointEnd(fibers, f) && last > 0) --last;
+      if (!are_cones && last == pointEnd(fibers, f) && last > 0) --last;
       most = larger(most, largestIn(first, last));
     });
     return most;
@@ -207,7 +230,8 @@ double largestRadius(const char* call, const FiberArrays<S>& fibers, parallel::E
   if (std::isfinite(largest)) return largest;
   if (are_by_point) {
     for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
-      for (std::size_t i = fibers.point_begin[f]; i + 1 < pointEnd(fibers, f); ++i) {
+      const std::size_t end = pointEnd(fibers, f) + (are_cones ? 1 : 0);
+      for (std::size_t i = fibers.point_begin[f]; i + 1 < end; ++i) {
         requireRadius(call, fibers, i);
       }
     }

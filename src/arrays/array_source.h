@@ -24,13 +24,14 @@ class ArraySource final : public index::SegmentSource {
   bool read(const index::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
             index::SegmentBlock& out, index::BlockMask& present) const override;
   double readEnds(index::SegmentId begin, index::SegmentId end, const geometry::Frame& frame,
-                  geometry::CapsuleEnd* out) const override;
+                  geometry::CapsuleEnd* out, bool& are_tapered) const override;
   bool staysFiniteIn(const geometry::Frame& frame) const override;
   bool isFasterInOrder() const override { return false; }
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
 
  private:
-  void readRadii(const index::SegmentId* ids, int count, double scale, double* out) const;
+  void readRadii(const index::SegmentId* ids, int count, double scale,
+                 index::SegmentBlock& out) const;
 
   const FiberArrays<S>& fibers_;
   const double largest_;

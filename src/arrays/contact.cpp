@@ -50,8 +50,10 @@ arrays::LocatedSegment arrays::locate(const char* call, const FiberArrays<S>& fi
            " is the last of its fiber or of no fiber; pass the arrays that the tree was built "
            "from");
   }
-  const Segment segment{pointOf(fibers, point), pointOf(fibers, point + 1),
-                        radiusOf(fibers, point, fiber)};
+  const double radius = radiusOf(fibers, point, fiber);
+  const bool is_cone = fibers.radii_are == FiberArrays<S>::Radii::kPerPoint;
+  const Segment segment = Segment::cone(pointOf(fibers, point), pointOf(fibers, point + 1), radius,
+                                        is_cone ? radiusOf(fibers, point + 1, fiber) : radius);
   return {checked(call, segment, name), {fiber, point - fibers.point_begin[fiber]}};
 }
 

@@ -26,13 +26,14 @@ std::size_t pointEnd(const FiberArrays<S>& fibers, std::size_t fiber) {
   return fibers.point_end != nullptr ? fibers.point_end[fiber] : fibers.point_begin[fiber + 1];
 }
 
-/// The radius of the capsule that starts at point `id` of fiber `fiber`.
+/// The radius at point `id` of fiber `fiber`, of the capsule that starts there.
 template <typename S>
 double radiusOf(const FiberArrays<S>& fibers, std::size_t id, std::size_t fiber) {
   switch (fibers.radii_are) {
     case FiberArrays<S>::Radii::kPerFiber:
       return static_cast<double>(fibers.radii[fiber]);
     case FiberArrays<S>::Radii::kPerFirstPoint:
+    case FiberArrays<S>::Radii::kPerPoint:
       return static_cast<double>(fibers.radii[id]);
     default:
       return static_cast<double>(fibers.radii[0]);
@@ -45,6 +46,7 @@ std::size_t radiusCount(const FiberArrays<S>& fibers) {
     case FiberArrays<S>::Radii::kPerFiber:
       return fibers.fiber_count;
     case FiberArrays<S>::Radii::kPerFirstPoint:
+    case FiberArrays<S>::Radii::kPerPoint:
       return fibers.point_count;
     default:
       return fibers.point_count > 0 ? 1 : 0;

@@ -16,7 +16,8 @@ using geometry::Vec3d;
 
 const char* contactProblem(const Segment& capsule) {
   constexpr double kLargest = 0x1p1000;
-  if (!(capsule.radius >= 0)) return "its radius is negative or NaN; set a radius of 0 or more";
+  if (!(capsule.radiusAtA() >= 0 && capsule.radiusAtB() >= 0))
+    return "its radius is negative or NaN; set a radius of 0 or more";
   // NaN fails each comparison.
   const bool is_in_range = capsule.radius <= kLargest && std::fabs(capsule.a.x) <= kLargest &&
                            std::fabs(capsule.a.y) <= kLargest &&

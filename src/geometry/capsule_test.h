@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -13,28 +14,35 @@
 namespace fcl_fibers::geometry {
 
 /// An end of a capsule. A capsule is two ends, one after the other, and the first one has its
-/// radius. So a chain of capsules needs one end for each of its points. An end is loaded as one
-/// vector. A box is two ends that it shares with none.
+/// radius; a rounded cone has a radius at each. So a chain of either needs one end for each of its
+/// points. An end is loaded as one vector. A box is two ends that it shares with none.
 struct alignas(32) CapsuleEnd {
-  /// x, y, z, and the radius of the capsule that begins here. At the first end of a box the latter
-  /// is NaN, and at the second one it is Segment::radius.
+  /// x, y, z, and the radius: of the capsule that begins here or, of rounded cones, at this end. At
+  /// the first end of a box it is NaN, and at the second one it is Segment::radius.
   double numbers[4];
 };
 
 FCL_FIBERS_ALWAYS_INLINE CapsuleEnd firstEndOf(const Segment& s) {
-  return {{s.a.x, s.a.y, s.a.z, s.isBox() ? std::numeric_limits<double>::quiet_NaN() : s.radius}};
+  const double radius = s.isBox() ? std::numeric_limits<double>::quiet_NaN() : s.radiusAtA();
+  return {{s.a.x, s.a.y, s.a.z, radius}};
 }
 FCL_FIBERS_ALWAYS_INLINE CapsuleEnd secondEndOf(const Segment& s) {
-  return {{s.b.x, s.b.y, s.b.z, s.isBox() ? s.radius : 0}};
+  return {{s.b.x, s.b.y, s.b.z, s.radiusAtB()}};
 }
 /// A capsule of size 0 at the origin.
 constexpr CapsuleEnd kNoCapsule[2] = {};
 FCL_FIBERS_ALWAYS_INLINE bool isBox(const CapsuleEnd* capsule) {
   return capsule->numbers[3] != capsule->numbers[3];
 }
-FCL_FIBERS_ALWAYS_INLINE Segment segmentOf(const CapsuleEnd* capsule) {
+/// @param may_taper  whether the two ends are those of a rounded cone
+FCL_FIBERS_ALWAYS_INLINE Segment segmentOf(const CapsuleEnd* capsule, bool may_taper) {
   const double *const a = capsule[0].numbers, *const b = capsule[1].numbers;
-  return {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, isBox(capsule) ? b[3] : a[3]};
+  Segment segment{{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, isBox(capsule) ? b[3] : a[3]};
+  if (may_taper && !isBox(capsule)) {
+    segment.radius = std::max(a[3], b[3]);
+    segment.taper = b[3] - a[3];
+  }
+  return segment;
 }
 
 /// A block of pairs, many of which are tested at a time in float. The coordinates of each pair are

@@ -25,7 +25,8 @@ struct Frame {
 
   Vec3d fromWorld(const Vec3d& p) const { return scale * (p - origin); }
   Segment fromWorld(const Segment& s) const {
-    return {fromWorld(s.a), fromWorld(s.b), s.isBox() ? s.radius : scale * s.radius};
+    return {fromWorld(s.a), fromWorld(s.b), s.isBox() ? s.radius : scale * s.radius,
+            scale * s.taper};
   }
 };
 
@@ -74,7 +75,8 @@ class FrameChange {
 
   /// The result is not finite if coordinates overflow.
   Segment operator()(const Segment& s) const {
-    return {scale_ * s.a + shift_, scale_ * s.b + shift_, s.isBox() ? s.radius : scale_ * s.radius};
+    return {scale_ * s.a + shift_, scale_ * s.b + shift_, s.isBox() ? s.radius : scale_ * s.radius,
+            scale_ * s.taper};
   }
 
   /// Bounds how far the result lies from an exact change of frame. The shift and each of the two

@@ -22,14 +22,19 @@ inline bool rests(const MovingSegment& s) { return s.start == s.end; }
 /// Whether the segment counts by boxes, because it is one at the start or at the end.
 inline bool isBox(const MovingSegment& s) { return s.start.isBox() || s.end.isBox(); }
 
+inline bool isTapered(const MovingSegment& s) { return s.start.isTapered() || s.end.isTapered(); }
+
 inline Vec3d between(const Vec3d& start, const Vec3d& end, double time) {
   return (1 - time) * start + time * end;
 }
 
 /// The segment or triangle at a time.
 inline Segment at(const MovingSegment& s, double time) {
-  return {between(s.start.a, s.end.a, time), between(s.start.b, s.end.b, time),
-          (1 - time) * s.start.radius + time * s.end.radius};
+  const Vec3d a = between(s.start.a, s.end.a, time), b = between(s.start.b, s.end.b, time);
+  const auto radius = [time](double start, double end) { return (1 - time) * start + time * end; };
+  if (!isTapered(s)) return {a, b, radius(s.start.radius, s.end.radius)};
+  return Segment::cone(a, b, radius(s.start.radiusAtA(), s.end.radiusAtA()),
+                       radius(s.start.radiusAtB(), s.end.radiusAtB()));
 }
 inline Triangle at(const MovingTriangle& t, double time) {
   return {between(t.start.a, t.end.a, time), between(t.start.b, t.end.b, time),

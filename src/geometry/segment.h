@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 #include "geometry/vec3.h"
@@ -8,14 +9,27 @@
 
 namespace fcl_fibers::geometry {
 
-/// One capsule: all points within `radius` of the line from a to b, in the frame of the index. If
-/// only the box of an object is known, the segment is the diagonal of that box: with radius 0 the
-/// diagonal has the same box and enclosing sphere.
+/// One capsule: all points within `radius` of the line from a to b, in the frame of the index. Or a
+/// rounded cone: the hull of two balls around a and b, of which the larger one has that radius, so
+/// that the capsule is around it. If only the box of an object is known, the segment is the
+/// diagonal of that box: with radius 0 the diagonal has the same box and enclosing sphere.
 struct Segment {
   Vec3d a, b;
   /// Negative: a and b are the low and high corner of a box. Then two numbers differ if the boxes
   /// are known to be around different shapes. If a box is around a capsule, it is at most -2.
   double radius;
+  double taper = 0;  ///< by how much the radius grows from a to b
+
+  static Segment cone(const Vec3d& a, const Vec3d& b, double at_a, double at_b) {
+    return {a, b, std::max(at_a, at_b), at_b - at_a};
+  }
+  bool isTapered() const { return taper != 0; }
+  /// The radii at the ends. They carry two roundings of `radius`.
+  ///@{
+  double radiusAtA() const { return radius - std::max(taper, 0.0); }
+  double radiusAtB() const { return radius + std::min(taper, 0.0); }
+  ///@}
+  double radiusAt(double s) const { return radiusAtA() + s * taper; }
 
   static Segment box(const Vec3d& low, const Vec3d& high) { return {low, high, -1}; }
   /// A box that is open to all sides.
@@ -29,7 +43,7 @@ struct Segment {
   double thickness() const { return radius < 0 ? 0 : radius; }
 
   friend bool operator==(const Segment& p, const Segment& q) {
-    return p.a == q.a && p.b == q.b && p.radius == q.radius;
+    return p.a == q.a && p.b == q.b && p.radius == q.radius && p.taper == q.taper;
   }
 };
 

@@ -134,7 +134,7 @@ FCL_FIBERS_ALWAYS_INLINE std::uint64_t boxesWithin(const SegmentRange& segments,
     if (!isBox(p)) continue;
     const CapsuleEnd* q = hulls.segments.capsule(pairs[i].b);
     CapsuleEnd ends[2];
-    if (hulls.to_first != nullptr) q = store((*hulls.to_first)(geometry::segmentOf(q)), ends);
+    if (hulls.to_first != nullptr) q = store((*hulls.to_first)(hulls.segments[pairs[i].b]), ends);
     within |= std::uint64_t{areBoxesWithin(p, q, margin)} << i;
   }
   return within;

@@ -62,6 +62,7 @@ void KeptSegments::resize(SegmentId begin, SegmentId end) {
 SegmentRange KeptSegments::range() const {
   SegmentRange range(ends_.data(), stride(), begin_);
   range.setHasBoxes(hasBoxes());
+  range.setMayTaper(mayTaper());
   return range;
 }
 

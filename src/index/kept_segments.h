@@ -70,6 +70,7 @@ class KeptSegments {
     geometry::CapsuleEnd* const out = ends_.data() + stride() * i;
     if (segment.isBox()) has_boxes_.set();
     if (!segment.isOtherBox()) has_capsules_.set();
+    if (segment.isTapered()) may_taper_.set();
     out[0] = geometry::firstEndOf(segment);
     // A point that two segments share is written by the second, so no two threads write it.
     if (share_ends_ && has(i + 1)) return;
@@ -94,8 +95,11 @@ class KeptSegments {
   bool hasBoxes() const { return has_boxes_.isSet(); }
   /// Whether a capsule or a box around one was set since.
   bool hasCapsules() const { return has_capsules_.isSet(); }
+  /// Whether a segment may be tapered. It is true once one was set since, or told by setMayTaper().
+  bool mayTaper() const { return may_taper_.isSet(); }
+  void setMayTaper() { may_taper_.set(); }
   /// All segments are about to be set.
-  void forgetKinds() { has_boxes_ = has_capsules_ = {}; }
+  void forgetKinds() { has_boxes_ = has_capsules_ = may_taper_ = {}; }
 
   /// The power of two that scales the median segment of a sample to a size of about one. Without
   /// capsules it is 1, because nothing needs it.
@@ -136,7 +140,7 @@ class KeptSegments {
   /// By id: two each or, if ends are shared, one each and one more.
   parallel::UnwrittenVector<geometry::CapsuleEnd> ends_;
   std::vector<Word> is_segment_;  ///< a bit by id, if ends are shared
-  Flag has_boxes_, has_capsules_;
+  Flag has_boxes_, has_capsules_, may_taper_;
 };
 
 }  // namespace fcl_fibers::index

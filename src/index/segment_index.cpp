@@ -307,9 +307,12 @@ double SegmentIndex::readKept(KeptSegments& segments, const SegmentSource& sourc
     std::atomic<bool> can_read{true};
     parallel::forRanges(executor_.get(), static_cast<std::size_t>(end_ - begin_), kRange,
                         [&](std::size_t from, std::size_t to) {
-                          const double largest = source.readEnds(
-                              begin_ + static_cast<SegmentId>(from),
-                              begin_ + static_cast<SegmentId>(to), frame, segments.ends() + from);
+                          bool are_tapered = false;
+                          const double largest =
+                              source.readEnds(begin_ + static_cast<SegmentId>(from),
+                                              begin_ + static_cast<SegmentId>(to), frame,
+                                              segments.ends() + from, are_tapered);
+                          if (are_tapered) segments.setMayTaper();
                           if (largest < 0) can_read.store(false, std::memory_order_relaxed);
                           add(largest);
                         });

@@ -31,8 +31,9 @@ class SegmentSource {
   /// Reads the ends of segments that share them, as KeptSegments have them, for the ids in
   /// [begin, end), and returns a bound of their coordinates. Ids that are no segments get numbers,
   /// too. It returns a negative number, and reads nothing, if the source cannot do so.
+  /// @param are_tapered  is set if a segment is tapered, and otherwise left as it is
   virtual double readEnds(SegmentId /*begin*/, SegmentId /*end*/, const geometry::Frame& /*frame*/,
-                          geometry::CapsuleEnd* /*out*/) const {
+                          geometry::CapsuleEnd* /*out*/, bool& /*are_tapered*/) const {
     return -1;
   }
 

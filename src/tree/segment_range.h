@@ -26,11 +26,15 @@ class SegmentRange {
   bool hasBoxes() const { return has_boxes_; }
   void setHasBoxes(bool has_boxes) { has_boxes_ = has_boxes; }
 
+  /// Whether a segment may be tapered. It is false unless it has been set.
+  bool mayTaper() const { return may_taper_; }
+  void setMayTaper(bool may_taper) { may_taper_ = may_taper; }
+
   FCL_FIBERS_ALWAYS_INLINE const geometry::CapsuleEnd* capsule(SegmentId id) const {
     return capsules_ + stride_ * static_cast<std::uint32_t>(id - first_);
   }
   FCL_FIBERS_ALWAYS_INLINE geometry::Segment operator[](SegmentId id) const {
-    return geometry::segmentOf(capsule(id));
+    return geometry::segmentOf(capsule(id), may_taper_);
   }
   /// It is inlined because gcc otherwise takes it for a function that does nothing.
   FCL_FIBERS_ALWAYS_INLINE void prefetch(SegmentId id) const {
@@ -44,6 +48,7 @@ class SegmentRange {
   SegmentId first_ = 0;
   double most_error_ = std::numeric_limits<double>::infinity();
   bool has_boxes_ = true;
+  bool may_taper_ = false;
 };
 
 }  // namespace fcl_fibers::tree
