@@ -57,6 +57,14 @@ inline DoubleDouble operator/(const DoubleDouble& p, const DoubleDouble& q) {
   return renormalized(first, second) + DoubleDouble(rest2.high / q.high);
 }
 
+/// 0 of a number that is not positive. Newton's method doubles the digits of the double's root.
+inline DoubleDouble squareRoot(const DoubleDouble& x) {
+  if (!(x.high > 0)) return {};
+  const DoubleDouble root = std::sqrt(x.high);
+  return root + (x - root * root) / DoubleDouble(2 * root.high);
+}
+inline double squareRoot(double x) { return x > 0 ? std::sqrt(x) : 0; }
+
 inline bool operator<(const DoubleDouble& p, const DoubleDouble& q) {
   return p.high < q.high || (p.high == q.high && p.low < q.low);
 }

@@ -10,8 +10,14 @@ namespace fcl_fibers::geometry {
 /// coordinates, or if these are not finite.
 bool axesWithin(const Segment& p, const Segment& q, double reach);
 
-/// Two closest points of the axes of two capsules. If many are closest, as for parallel axes, this
-/// is one such pair.
+/// Whether two rounded cones are at most `margin` apart. The answer is never false if they are. It
+/// is wrongly true only if they are further apart by at most a few ulp of the coordinates and radii
+/// and by `error`, or if these are not finite.
+/// @param error  bounds the error of all four end points together
+bool conesWithin(const Segment& p, const Segment& q, double margin, double error);
+
+/// Two closest points of the axes of two capsules or, of rounded cones, the centers of their
+/// closest balls. If many are closest, as for parallel axes, this is one such pair.
 struct ClosestPoints {
   double s, t;  ///< p.a + s (p.b - p.a) and q.a + t (q.b - q.a); 0 to 1, and 0 where a = b
   Vec3d apart;  ///< from the point of p to the point of q
@@ -19,7 +25,8 @@ struct ClosestPoints {
 
 /// Let m be the distance of the axes plus their lengths. The distance of the points exceeds the
 /// distance of the axes by at most 16 eps m, at any angle. Along `apart` all of q lies beyond all
-/// of p by that distance, with an error of at most 64 eps m (1 + m / distance).
+/// of p by that distance, with an error of at most 64 eps m (1 + m / distance). Of cones, m has the
+/// radii in it, and the distance is less the radii.
 ClosestPoints closestPoints(const Segment& p, const Segment& q);
 
 }  // namespace fcl_fibers::geometry

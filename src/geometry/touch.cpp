@@ -38,6 +38,7 @@ double reachOf(const Segment& p, const Segment& q, double margin, double error) 
 
 bool touch(const Segment& p, const Segment& q, double margin, double error) {
   if (p.isBox() || q.isBox()) return boxesTouch(p, q, margin + error);
+  if (p.isTapered() || q.isTapered()) return conesWithin(p, q, margin, error);
   return axesWithin(p, q, reachOf(p, q, margin, error));
 }
 

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "geometry/segment.h"
+
+namespace fcl_fibers::test {
+
+/// The least value of a convex function over [0, 1].
+template <class F>
+long double leastOfConvex(F&& f) {
+  long double low = 0, high = 1;
+  // A third of the interval falls away each time, which leaves 2^-117 of it.
+  for (int i = 0; i < 200; ++i) {
+    const long double p = low + (high - low) / 3, q = high - (high - low) / 3;
+    f(p) <= f(q) ? high = q : low = p;
+  }
+  return std::fmin(f((low + high) / 2), std::fmin(f(0.0L), f(1.0L)));
+}
+
+/// The distance of two rounded cones by its definition, up to some 2^-60 of coordinates and radii:
+/// the least over both arc parameters of the distance of the two balls.
+inline long double coneDistance(const geometry::Segment& p, const geometry::Segment& q) {
+  const auto at = [](const geometry::Segment& c, long double s) {
+    const auto mix = [s](double from, double to) { return (1 - s) * from + s * to; };
+    return std::array{mix(c.a.x, c.b.x), mix(c.a.y, c.b.y), mix(c.a.z, c.b.z),
+                      mix(c.radiusAtA(), c.radiusAtB())};
+  };
+  return leastOfConvex([&](long double s) {
+    const auto x = at(p, s);
+    return leastOfConvex([&](long double t) {
+      const auto y = at(q, t);
+      const long double dx = x[0] - y[0], dy = x[1] - y[1], dz = x[2] - y[2];
+      return std::sqrt(dx * dx + dy * dy + dz * dz) - x[3] - y[3];
+    });
+  });
+}
+
+}  // namespace fcl_fibers::test
