@@ -71,11 +71,12 @@ class TreePairing final : public live::Pairing {
   }
   void findGaps(const tree::Pair* pairs, std::size_t count, double* gaps) const override {
     constexpr std::size_t kBlock = geometry::PairBlock::kCapacity;
-    geometry::CapsulePairs block(index_->pairUnit());
-    geometry::CapsuleEnd ends[4 * kBlock];
-    alignas(64) geometry::CapsulePairs::Row found;
     const tree::SegmentRange first = index_->segments().range();
     const tree::SegmentRange second = (other_ != nullptr ? *other_ : index_)->segments().range();
+    geometry::CapsulePairs block(index_->pairUnit());
+    block.setMayTaper(first.mayTaper(), second.mayTaper());
+    geometry::CapsuleEnd ends[4 * kBlock];
+    alignas(64) geometry::CapsulePairs::Row found;
     for (std::size_t i = 0; i < count; ++i) {
       first.prefetch(pairs[i].a);
       second.prefetch(pairs[i].b);
@@ -129,7 +130,8 @@ class TreePairing final : public live::Pairing {
   }
   double gapOf(const tree::Pair& pair) const {
     const auto [p, q, error] = both(pair);
-    return norm(geometry::closestPoints(p, q).apart) - p.radius - q.radius - margin() - error;
+    const geometry::ClosestPoints closest = geometry::closestPoints(p, q);
+    return norm(closest.apart) - p.radiusAt(closest.s) - q.radiusAt(closest.t) - margin() - error;
   }
 
   FiberIndex& index_;

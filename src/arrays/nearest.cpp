@@ -37,9 +37,11 @@ constexpr double kRounding = 0x1p-44;
 
 /// @param error  bounds that of all end points together
 Apart between(const Segment& p, const Segment& q, double error) {
-  const double axes = safeNorm(closestPoints(p, q).apart);
-  const double radii = p.radius + q.radius;
-  return {axes - radii, error + kRounding * (axes + norm1(p.b - p.a) + norm1(q.b - q.a) + radii)};
+  const geometry::ClosestPoints closest = closestPoints(p, q);
+  const double axes = safeNorm(closest.apart);
+  const double radii = p.radiusAt(closest.s) + q.radiusAt(closest.t);
+  const double size = axes + norm1(p.b - p.a) + norm1(q.b - q.a) + p.radius + q.radius;
+  return {axes - radii, error + kRounding * size};
 }
 Apart between(const Segment& p, const Triangle& t, double error) {
   const double axis = safeNorm(closestPoints(p, t).apart);

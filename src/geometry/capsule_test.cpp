@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "geometry/capsule_test.h"
 
+#include <limits>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "geometry/capsule_test.cpp"
 #include <hwy/foreach_target.h>
@@ -75,24 +77,152 @@ FCL_FIBERS_ALWAYS_INLINE std::uint64_t storeGaps(const DistanceLanes& d, float* 
   return (is_tight & (all(0) <= least) & d.in_range).mask();
 }
 
-std::uint64_t leastGaps(const CapsulePairs& pairs, float* gaps) {
-  RelativePairs relative;
-  const int end = pairs.filledSize();
-  for (int i = 0; i < end; ++i) relative.set(i, pairs.p(i), pairs.q(i), pairs.unit());
-  std::uint64_t known = 0;
-  for (int i = 0; i < end; i += PairBlock::kGroup) {
-    known |= std::uint64_t{storeGaps(distanceLanes(pairs, relative, i), gaps + i)} << i;
+/// Bounds of the distances of rounded cones, as ConeDistance finds them. Where the points found are
+/// near the closest ones, both are tight. They hold for any points, so only their rounding counts.
+struct ConeLanes {
+  Float farthest, least;     ///< the distances are between these
+  Float least_reach, reach;  ///< bounds of the margin; the latter with the error of the points
+  Float::Truth in_range;
+};
+
+class ConesInLanes {
+ public:
+  FCL_FIBERS_ALWAYS_INLINE ConesInLanes(const CapsulePairs& pairs, const RelativePairs& relative,
+                                        int i) {
+    const Float zero = Float::all(0);
+    radii_ = relative.w.get(i, w_);
+    taper_p_ = relative.u.get(i, u_);
+    taper_q_ = relative.v.get(i, v_);
+    // The second end of a capsule may have the radius of the next one.
+    if (!pairs.mayTaperP()) taper_p_ = zero;
+    if (!pairs.mayTaperQ()) taper_q_ = zero;
+    uu_ = dot(u_, u_);
+    vv_ = dot(v_, v_);
+    farthest_ = Float::all(std::numeric_limits<float>::infinity());
+    least_ = zero - farthest_;
   }
-  return known;
+
+  FCL_FIBERS_ALWAYS_INLINE ConeLanes bounds(const CapsulePairs& pairs, int i) {
+    const auto all = [](float x) HWY_ATTR { return Float::all(x); };
+    const Float zero = all(0), one = all(1);
+    const Float t = bestOfSecond(whereSlopesVanish());
+    tryAt(bestOfFirst(t), t);
+    tryAt(zero, bestOfSecond(zero));
+    tryAt(one, bestOfSecond(one));
+    tryAt(bestOfFirst(zero), zero);
+    tryAt(bestOfFirst(one), one);
+    // With e = 2^-23, which bounds a rounding in any direction, let m = |w| + |u| + |v| and r be
+    // the radii and tapers together. The vector between two points carries an error of 4 e m,
+    // including a conversion to float; its length another 4 e m, and the radii 6 e r. The unit
+    // vector is longer than 1 by at most 5 e, and its products carry another 4 e m. The bound is
+    // wider by a fifth, which covers its own rounding.
+    const Float squares = dot(w_, w_) + uu_ + vv_;
+    const Float m = squareRoot(all(3) * squares);
+    const Float r = radii_ + max(taper_p_, zero - taper_p_) + max(taper_q_, zero - taper_q_);
+    const Float rounding = all(20 * kEps) * (m + r);
+    const Float margin = Float::load(pairs.margin().data() + i);
+    const Float of_margin = all(8 * kEps) * max(margin, zero - margin);
+    const Float error = Float::load(pairs.error().data() + i) * all(1 + 8 * kEps);
+    return {farthest_ + rounding, least_ - rounding, margin - of_margin,
+            (margin + of_margin) + error, isInRange(squares)};
+  }
+
+ private:
+  FCL_FIBERS_ALWAYS_INLINE Float whereSlopesVanish() const {
+    const Float zero = Float::all(0), one = Float::all(1), tiny = Float::all(0x1p-80f);
+    const Float share = quotient(dot(u_, v_), max(vv_, tiny));
+    const Vec3Lanes across = pointBetween(u_, v_, v_, zero, share);
+    const Vec3Lanes apart = pointBetween(w_, v_, v_, zero, quotient(dot(v_, w_), max(vv_, tiny)));
+    const Float squared = max(dot(across, across), tiny);
+    const Float n_across = taper_p_ + share * taper_q_;
+    const Float w_across = dot(apart, across);
+    const Float in_plane =
+        quotient(taper_q_ * taper_q_, max(vv_, tiny)) + quotient(n_across * n_across, squared);
+    const Vec3Lanes of_lines =
+        pointBetween(apart, across, across, zero, quotient(w_across, squared));
+    // If the slopes vanish nowhere, any place will do.
+    const Float distance =
+        squareRoot(quotient(dot(of_lines, of_lines), max(one - in_plane, Float::all(0x1p-20f))));
+    return quotientInUnitInterval(distance * n_across - w_across, squared);
+  }
+
+  FCL_FIBERS_ALWAYS_INLINE Float bestOfSecond(const Float& s) const {
+    return bestOnCone(pointBetween(w_, u_, u_, s, Float::all(0)), v_, vv_, taper_q_);
+  }
+  FCL_FIBERS_ALWAYS_INLINE Float bestOfFirst(const Float& t) const {
+    const Float zero = Float::all(0);
+    return bestOnCone(pointBetween({zero - w_.x, zero - w_.y, zero - w_.z}, v_, v_, t, zero), u_,
+                      uu_, taper_p_);
+  }
+  /// See ConeDistance::bestOnCone().
+  FCL_FIBERS_ALWAYS_INLINE static Float bestOnCone(const Vec3Lanes& point, const Vec3Lanes& axis,
+                                                   const Float& squared, const Float& taper) {
+    const Float zero = Float::all(0), one = Float::all(1), tiny = Float::all(0x1p-80f);
+    const Float rest = squared - taper * taper;
+    const Float foot = quotient(dot(point, axis), max(squared, tiny));
+    const Vec3Lanes away = pointBetween(point, axis, axis, zero, foot);
+    const Float shift =
+        taper * squareRoot(quotient(dot(away, away), max(squared * rest, tiny * tiny)));
+    const Float at = min(max(foot + shift, zero), one);
+    return choose(zero < rest, at, choose(zero < taper, one, zero));
+  }
+
+  FCL_FIBERS_ALWAYS_INLINE void tryAt(const Float& s, const Float& t) {
+    const Float zero = Float::all(0);
+    const Vec3Lanes r = pointBetween(w_, u_, v_, s, t);
+    const Float length = squareRoot(dot(r, r));
+    // Where the axes meet, the unit vector becomes 0, which is right, too.
+    const Float scale = quotient(Float::all(1), max(length, Float::all(0x1p-60f)));
+    farthest_ = min(farthest_, length - (radii_ + s * taper_p_ + t * taper_q_));
+    const Float along_u = scale * dot(u_, r) - taper_p_, along_v = scale * dot(v_, r) + taper_q_;
+    least_ = max(least_, scale * dot(w_, r) - radii_ + min(along_u, zero) - max(along_v, zero));
+  }
+
+  Vec3Lanes w_, u_, v_;
+  Float radii_, taper_p_, taper_q_, uu_, vv_;
+  Float farthest_, least_;
+};
+
+FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const ConeLanes& d) {
+  return {(d.farthest <= d.least_reach) & d.in_range, (d.reach <= d.least) & d.in_range};
 }
 
-CapsulePairs::Verdict decide(const CapsulePairs& pairs) {
+FCL_FIBERS_ALWAYS_INLINE std::uint64_t storeGaps(const ConeLanes& d, float* gaps) {
+  const auto all = [](float x) HWY_ATTR { return Float::all(x); };
+  const Float least = (d.least - d.reach) * all(1 - 8 * kEps);
+  least.storeAligned(gaps);
+  const auto is_tight = (d.farthest - d.least_reach) * all(31.0f / 32) <= least;
+  return (is_tight & (all(0) <= least) & d.in_range).mask();
+}
+
+/// Returns use(number of pairs, boundsOf), where boundsOf(i) are the bounds of the group at i.
+template <class Use>
+FCL_FIBERS_ALWAYS_INLINE auto withBounds(const CapsulePairs& pairs, Use&& use) {
   // All loads come first: in between, they would wait with the divisions and roots.
   RelativePairs relative;
   const int end = pairs.filledSize();
   for (int i = 0; i < end; ++i) relative.set(i, pairs.p(i), pairs.q(i), pairs.unit());
-  return verdictOfGroups(
-      end, [&](int i) HWY_ATTR { return decideLanes(distanceLanes(pairs, relative, i)); });
+  if (!pairs.mayTaperP() && !pairs.mayTaperQ()) {
+    return use(end, [&](int i) HWY_ATTR { return distanceLanes(pairs, relative, i); });
+  }
+  return use(end,
+             [&](int i) HWY_ATTR { return ConesInLanes(pairs, relative, i).bounds(pairs, i); });
+}
+
+std::uint64_t leastGaps(const CapsulePairs& pairs, float* gaps) {
+  return withBounds(pairs, [gaps](int end, const auto& boundsOf) HWY_ATTR {
+    std::uint64_t known = 0;
+    for (int i = 0; i < end; i += PairBlock::kGroup) {
+      known |= std::uint64_t{storeGaps(boundsOf(i), gaps + i)} << i;
+    }
+    return known;
+  });
+}
+
+CapsulePairs::Verdict decide(const CapsulePairs& pairs) {
+  return withBounds(pairs, [](int end, const auto& boundsOf) HWY_ATTR {
+    return verdictOfGroups(end, [&](int i) HWY_ATTR { return decideLanes(boundsOf(i)); });
+  });
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE

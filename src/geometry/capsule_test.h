@@ -109,6 +109,16 @@ class PairsOf : public PairBlock {
   const Q& q(int i) const { return q_[static_cast<std::size_t>(i)]; }
   const Row& margin() const { return margin_; }
   const Row& error() const { return error_; }
+  /// Whether the segments P and Q may be tapered, so that both ends of each have a radius. It is
+  /// false unless it has been set.
+  ///@{
+  bool mayTaperP() const { return may_taper_p_; }
+  bool mayTaperQ() const { return may_taper_q_; }
+  void setMayTaper(bool p, bool q) {
+    may_taper_p_ = p;
+    may_taper_q_ = q;
+  }
+  ///@}
   /// The number of pairs with those that fill the last group.
   int filledSize() const { return (size_ + kGroup - 1) / kGroup * kGroup; }
 
@@ -127,9 +137,10 @@ class PairsOf : public PairBlock {
   std::array<Q, kCapacity> q_;
   alignas(64) Row margin_;
   alignas(64) Row error_;
+  bool may_taper_p_ = false, may_taper_q_ = false;
 };
 
-/// A block of pairs of capsules.
+/// A block of pairs of capsules or rounded cones.
 class CapsulePairs : public PairsOf<const CapsuleEnd*, const CapsuleEnd*> {
  public:
   using PairsOf::PairsOf;

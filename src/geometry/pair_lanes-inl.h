@@ -92,8 +92,8 @@ FCL_FIBERS_ALWAYS_INLINE PairBlock::Verdict verdictOfGroups(int count, F&& decid
 /// Pairs relative to one of their own points and in float.
 struct RelativePairs {
   Quads w;  ///< from the second capsule's first end to the first one's; and the sum of the radii
-  Quads u;  ///< along the first capsule
-  Quads v;  ///< along the second capsule
+  Quads u;  ///< along the first capsule; and by how much its radius grows, if it may be tapered
+  Quads v;  ///< along the second capsule; and the same of it
 
   FCL_FIBERS_ALWAYS_INLINE void set(int pair, const CapsuleEnd* p, const CapsuleEnd* q,
                                     double unit) {

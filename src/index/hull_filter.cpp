@@ -167,7 +167,9 @@ class Block<Range, SegmentHulls<Range>> : public SegmentPairs<Range> {
 
  public:
   Block(const Range& segments, const SegmentHulls<Range>& hulls, double unit)
-      : Pairs(unit), segments_(segments), hulls_(hulls) {}
+      : Pairs(unit), segments_(segments), hulls_(hulls) {
+    this->setMayTaper(segments.mayTaper(), hulls.segments.mayTaper());
+  }
 
   void keep(const Pair& /*pair*/) const {}
   /// @pre there is a pair before this one
