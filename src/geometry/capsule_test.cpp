@@ -2,6 +2,7 @@
 #include "geometry/capsule_test.h"
 
 #include <limits>
+#include <utility>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "geometry/capsule_test.cpp"
@@ -19,7 +20,8 @@ constexpr float kEps = 0x1p-23f;
 /// tangent plane is a lower bound (Frank and Wolfe, 1956). Hence s and t need not be exact; only
 /// the rounding of f and of its slopes has to be bounded.
 struct DistanceLanes {
-  Float reach, error;       ///< radii and margin; and of all points
+  Float least_reach;        ///< radii and margin, of cones the least radii
+  Float reach, error;       ///< the same with the largest radii; and the error of all points
   Float nearest, farthest;  ///< bound the distance of the points found
   Float gap, slope_error;   ///< bound together by how much its square may exceed the least one
   Float::Truth in_range;    ///< otherwise nothing is known
@@ -28,9 +30,14 @@ FCL_FIBERS_ALWAYS_INLINE DistanceLanes distanceLanes(const CapsulePairs& pairs,
                                                      const RelativePairs& relative, int i) {
   Vec3Lanes w, u, v;
   const Float radii = relative.w.get(i, w);
-  relative.u.get(i, u);
-  relative.v.get(i, v);
-  const Float reach = radii + Float::load(pairs.margin().data() + i);
+  const Float taper_p = relative.u.get(i, u), taper_q = relative.v.get(i, v);
+  Float reach = radii + Float::load(pairs.margin().data() + i), least_reach = reach;
+  for (const auto& [may_taper, taper] :
+       {std::pair{pairs.mayTaperP(), taper_p}, std::pair{pairs.mayTaperQ(), taper_q}}) {
+    if (!may_taper) continue;
+    reach = reach + max(taper, Float::all(0));
+    least_reach = least_reach + min(taper, Float::all(0));
+  }
   const Float error = Float::load(pairs.error().data() + i);
   const auto all = [](float x) HWY_ATTR { return Float::all(x); };
 
@@ -50,7 +57,8 @@ FCL_FIBERS_ALWAYS_INLINE DistanceLanes distanceLanes(const CapsulePairs& pairs,
 
   const Float farthest = distance * all(1 + 6 * kEps) + r_error;
   const Float nearest = max(distance * all(1 - 6 * kEps) - r_error, all(0));
-  return {reach, error, nearest, farthest, gap, all(2) * slope_error, isInRange(squares)};
+  return {least_reach,       reach, error, nearest, farthest, gap, all(2) * slope_error,
+          isInRange(squares)};
 }
 
 FCL_FIBERS_ALWAYS_INLINE Float reachUp(const DistanceLanes& d) {
@@ -63,7 +71,8 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const DistanceLanes& d) {
   const Float reach_up = reachUp(d);
   const Float least = d.nearest * d.nearest * all(1 - 8 * kEps);
   const Float enough = (reach_up * reach_up + d.gap + d.slope_error) * all(1 + 16 * kEps);
-  return {(d.farthest <= d.reach * all(1 - 8 * kEps)) & d.in_range, (enough <= least) & d.in_range};
+  return {(d.farthest <= d.least_reach * all(1 - 8 * kEps)) & d.in_range,
+          (enough <= least) & d.in_range};
 }
 
 /// Stores the bounds of a group, and returns which of them tell something.
@@ -195,34 +204,42 @@ FCL_FIBERS_ALWAYS_INLINE std::uint64_t storeGaps(const ConeLanes& d, float* gaps
   return (is_tight & (all(0) <= least) & d.in_range).mask();
 }
 
-/// Returns use(number of pairs, boundsOf), where boundsOf(i) are the bounds of the group at i.
-template <class Use>
-FCL_FIBERS_ALWAYS_INLINE auto withBounds(const CapsulePairs& pairs, Use&& use) {
+/// Calls take(i, relative) for the groups of pairs that begin at i.
+template <class Take>
+FCL_FIBERS_ALWAYS_INLINE void forGroups(const CapsulePairs& pairs, Take&& take) {
   // All loads come first: in between, they would wait with the divisions and roots.
   RelativePairs relative;
   const int end = pairs.filledSize();
   for (int i = 0; i < end; ++i) relative.set(i, pairs.p(i), pairs.q(i), pairs.unit());
-  if (!pairs.mayTaperP() && !pairs.mayTaperQ()) {
-    return use(end, [&](int i) HWY_ATTR { return distanceLanes(pairs, relative, i); });
-  }
-  return use(end,
-             [&](int i) HWY_ATTR { return ConesInLanes(pairs, relative, i).bounds(pairs, i); });
+  for (int i = 0; i < end; i += PairBlock::kGroup) take(i, relative);
 }
 
 std::uint64_t leastGaps(const CapsulePairs& pairs, float* gaps) {
-  return withBounds(pairs, [gaps](int end, const auto& boundsOf) HWY_ATTR {
-    std::uint64_t known = 0;
-    for (int i = 0; i < end; i += PairBlock::kGroup) {
-      known |= std::uint64_t{storeGaps(boundsOf(i), gaps + i)} << i;
-    }
-    return known;
+  std::uint64_t known = 0;
+  const bool are_cones = pairs.mayTaperP() || pairs.mayTaperQ();
+  forGroups(pairs, [&](int i, const RelativePairs& relative) HWY_ATTR {
+    const std::uint64_t are_known =
+        are_cones ? storeGaps(ConesInLanes(pairs, relative, i).bounds(pairs, i), gaps + i)
+                  : storeGaps(distanceLanes(pairs, relative, i), gaps + i);
+    known |= are_known << i;
   });
+  return known;
 }
 
 CapsulePairs::Verdict decide(const CapsulePairs& pairs) {
-  return withBounds(pairs, [](int end, const auto& boundsOf) HWY_ATTR {
-    return verdictOfGroups(end, [&](int i) HWY_ATTR { return decideLanes(boundsOf(i)); });
+  CapsulePairs::Verdict verdict;
+  forGroups(pairs, [&](int i, const RelativePairs& relative) HWY_ATTR {
+    add(decideLanes(distanceLanes(pairs, relative, i)), i, verdict);
   });
+  return verdict;
+}
+
+CapsulePairs::Verdict decideCones(const CapsulePairs& pairs) {
+  CapsulePairs::Verdict verdict;
+  forGroups(pairs, [&](int i, const RelativePairs& relative) HWY_ATTR {
+    add(decideLanes(ConesInLanes(pairs, relative, i).bounds(pairs, i)), i, verdict);
+  });
+  return verdict;
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
@@ -234,12 +251,34 @@ HWY_AFTER_NAMESPACE();
 namespace fcl_fibers::geometry {
 
 HWY_EXPORT(decide);
+HWY_EXPORT(decideCones);
 HWY_EXPORT(leastGaps);
 
 CapsulePairs::Verdict CapsulePairs::decide() {
   fill(kNoCapsule, kNoCapsule);
   simd::readEnvironment();
-  return HWY_DYNAMIC_DISPATCH(decide)(*this);
+  Verdict verdict = HWY_DYNAMIC_DISPATCH(decide)(*this);
+  if (size() == 0 || (!mayTaperP() && !mayTaperQ())) return verdict;
+  // Few cones are farther apart than their least radii and nearer than their largest ones.
+  const std::uint64_t all = ~std::uint64_t{0} >> (kCapacity - size());
+  const std::uint64_t open = all & ~(verdict.touching | verdict.apart);
+  CapsulePairs left(unit());
+  left.setMayTaper(mayTaperP(), mayTaperQ());
+  std::array<int, kCapacity> places;
+  for (std::uint64_t rest = open; rest != 0; rest &= rest - 1) {
+    const int place = __builtin_ctzll(rest);
+    places[left.index()] = place;
+    left.addFrom(*this, place);
+  }
+  if (left.size() == 0) return verdict;
+  left.fill(kNoCapsule, kNoCapsule);
+  const Verdict of_left = HWY_DYNAMIC_DISPATCH(decideCones)(left);
+  for (int i = 0; i < left.size(); ++i) {
+    const int place = places[static_cast<std::size_t>(i)];
+    verdict.touching |= (of_left.touching >> i & 1u) << place;
+    verdict.apart |= (of_left.apart >> i & 1u) << place;
+  }
+  return verdict;
 }
 
 std::uint64_t CapsulePairs::leastGaps(Row& gaps) {

@@ -103,6 +103,15 @@ class PairsOf : public PairBlock {
     error_[index()] = toFloat(error);
     ++size_;
   }
+  /// Adds a pair of another block with the same unit.
+  void addFrom(const PairsOf& other, int i) {
+    const auto from = static_cast<std::size_t>(i);
+    p_[index()] = other.p_[from];
+    q_[index()] = other.q_[from];
+    margin_[index()] = other.margin_[from];
+    error_[index()] = other.error_[from];
+    ++size_;
+  }
 
   using Row = std::array<float, kCapacity>;
   const P& p(int i) const { return p_[static_cast<std::size_t>(i)]; }

@@ -77,16 +77,10 @@ struct VerdictLanes {
   Float::Truth touching, apart;
 };
 
-/// Collects the verdicts decide(i) of the groups of pairs that begin at i.
-template <class F>
-FCL_FIBERS_ALWAYS_INLINE PairBlock::Verdict verdictOfGroups(int count, F&& decide) {
-  PairBlock::Verdict verdict;
-  for (int i = 0; i < count; i += PairBlock::kGroup) {
-    const VerdictLanes lanes = decide(i);
-    verdict.touching |= std::uint64_t{lanes.touching.mask()} << i;
-    verdict.apart |= std::uint64_t{lanes.apart.mask()} << i;
-  }
-  return verdict;
+/// Adds the verdict about the group of pairs that begins at i.
+FCL_FIBERS_ALWAYS_INLINE void add(const VerdictLanes& lanes, int i, PairBlock::Verdict& verdict) {
+  verdict.touching |= std::uint64_t{lanes.touching.mask()} << i;
+  verdict.apart |= std::uint64_t{lanes.apart.mask()} << i;
 }
 
 /// Pairs relative to one of their own points and in float.

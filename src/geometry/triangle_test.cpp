@@ -161,7 +161,9 @@ TrianglePairs::Verdict decide(const TrianglePairs& pairs) {
   RelativeTriangles relative;
   const int end = pairs.filledSize();
   for (int i = 0; i < end; ++i) relative.set(i, pairs);
-  return verdictOfGroups(end, [&](int i) HWY_ATTR { return decideLanes(pairs, relative, i); });
+  TrianglePairs::Verdict verdict;
+  for (int i = 0; i < end; i += PairBlock::kGroup) add(decideLanes(pairs, relative, i), i, verdict);
+  return verdict;
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
