@@ -10,6 +10,7 @@
 
 #include "harness/runs.h"
 #include "measures.h"
+#include "scenes/random.h"
 #include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
@@ -93,6 +94,12 @@ void registerManager(MovingFibers& fibers, const std::string& name, const FiberO
   });
 }
 
+/// By up to a tenth of each, with the same mean.
+void jitterRadii(std::vector<double>& radii) {
+  scenes::Random random(56);
+  for (double& radius : radii) radius *= 0.9 + 0.2 * random.uniform();
+}
+
 template <class Set>
 FiberTreeOptions with(Set set) {
   FiberTreeOptions options = FiberOptions{Topology::kBundle, Report::kVolumes};
@@ -140,6 +147,11 @@ bool measureCosts(const Request&) {
   registerTree(frames, "boxes, margin of a radius", margin);
   registerTree<double>(frames, "boxes, capsules, arc length, groups, 2 threads", much, addGroups);
   registerTree(frames, "boxes, capsules", capsules);
+  registerTree<double>(frames, "boxes, capsules, radius by point, that differ by 10 %", capsules,
+                       [](auto& arrays) {
+                         jitterRadii(arrays.radius);
+                         arrays.view.radii_are = Radii::kPerPoint;
+                       });
   registerTree(frames, "boxes, super thread", super_thread);
   registerTree(frames, "spheres", spheres(plain));
   registerTree(frames, "spheres, neighbours by arc length", spheres(arc_length));
