@@ -101,7 +101,7 @@ FiberIndex::FiberIndex(const FiberTreeOptions& options)
     : options_(checked(options)), table_(emptyTable()), index_(indexOptions(options)) {}
 
 std::size_t FiberIndex::memoryUsage() const {
-  return sizeof(*this) + table_.memoryUsage() + index_.memoryUsage();
+  return sizeof(*this) + table_.memoryUsage() + joints_.memoryUsage() + index_.memoryUsage();
 }
 
 std::uint32_t FiberIndex::layout(const FiberIndex* other) const {
@@ -115,9 +115,11 @@ FiberTable FiberIndex::emptyTable() const {
 template <typename S>
 void FiberIndex::build(const FiberArrays<S>& fibers) {
   const double largest = checkArrays("FiberTree::build", fibers, index_.executor());
+  Joints joints = checkedJoints("FiberTree::build", fibers, index_.executor());
   FiberTable table = emptyTable();
   addFibers(fibers, table, index_.executor());
-  rebuild("FiberTree::build", ArraySource<S>(fibers, largest), &table);
+  join(joints, table);
+  rebuild("FiberTree::build", ArraySource<S>(fibers, largest), &table, std::move(joints));
 }
 
 template <typename S>
@@ -131,8 +133,12 @@ void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fiber
                          "have other numbers of points than at the last build(); call build() "
                          "instead");
   };
-  if (start != nullptr) checkFibers("at the start ", *start);
+  if (start != nullptr) {
+    checkFibers("at the start ", *start);
+    checkStillJoined(kStart, *start, joints_, executor);
+  }
   checkFibers(start != nullptr ? "at the end " : "", fibers);
+  checkStillJoined(start != nullptr ? kEnd : kUpdate, fibers, joints_, executor);
   if (start != nullptr && options_.volumes != FiberTreeOptions::Volumes::kLayeredBoxes) {
     refuse(
         "update",
@@ -155,12 +161,14 @@ void FiberIndex::beginChange() {
 }
 
 template <typename S>
-void FiberIndex::rebuild(const char* call, const ArraySource<S>& source, FiberTable* table) {
+void FiberIndex::rebuild(const char* call, const ArraySource<S>& source, FiberTable* table,
+                         Joints joints) {
   const tree::Fibers runs = table->segments(index_.executor());
   const Frame frame = frameFor(call, source, runs.ids);
   beginChange();
   if (table != &table_) {
     table_ = std::move(*table);
+    joints_ = std::move(joints);
     layout_ = layoutOf(table_);
     build_number_ = update_number_;
   }

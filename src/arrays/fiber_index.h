@@ -10,6 +10,7 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include "arrays/array_source.h"
+#include "arrays/joints.h"
 #include "fibers/fiber_table.h"
 #include "index/segment_index.h"
 
@@ -66,12 +67,14 @@ class FiberIndex {
   fibers::FiberTable emptyTable() const;
   void beginChange();
   template <typename S>
-  void rebuild(const char* call, const ArraySource<S>& source, fibers::FiberTable* table);
+  void rebuild(const char* call, const ArraySource<S>& source, fibers::FiberTable* table,
+               Joints joints = {});
   template <typename S>
   void refit(const char* call, const ArraySource<S>& source, bool may_wait);
 
   FiberTreeOptions options_;
   fibers::FiberTable table_;
+  Joints joints_;
   index::SegmentIndex index_;
   std::uint32_t layout_ = 0;
   bool is_valid_ = true;  ///< false after a build or an update has thrown

@@ -2,6 +2,7 @@
 #include "fibers/fiber_table.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace fcl_fibers::fibers {
 namespace {
@@ -23,6 +24,7 @@ void FiberTable::reserve(std::size_t fibers, std::size_t ids, const Kinds& kinds
   if (kinds.have_groups || !groups_.empty()) reserveFor(groups_, count);
   if (kinds.have_obstacle_rules || !obstacle_rules_.empty()) reserveFor(obstacle_rules_, count);
   if (hasArcLengths()) reserveFor(arc_end_, static_cast<std::size_t>(end_) + ids);
+  if (rule_.ignoresAny()) reserveFor(joints_, joints_.size() + kinds.joints);
 }
 
 void FiberTable::clear() {
@@ -36,6 +38,8 @@ void FiberTable::clear() {
   obstacle_rules_.clear();
   arc_end_.clear();
   has_closed_ = false;
+  joints_.clear();
+  joined_.reset();
 }
 
 tree::Fibers FiberTable::segments(parallel::Executor* executor) const {
@@ -73,6 +77,48 @@ bool FiberTable::areNeighborsInFiber(SegmentId first, SegmentId last) const {
   if (last >= fiberEnd(fiber) || (flags & kHasNoNeighbors) != 0) return false;
   const FiberRange range{begin_[fiber], segmentsEnd(fiber), (flags & kIsClosed) != 0};
   return fibers::areNeighbors(rule_, range, arc_end_.data(), first, last);
+}
+
+void FiberTable::findJoined(const std::vector<Joint>& joints) {
+  std::vector<JointGraph::Place> ends;
+  for (const auto& [p, q] : joints) {
+    ends.push_back(placeAt(p));
+    ends.push_back(placeAt(q));
+  }
+  // Paths also lead around a closed fiber.
+  for (std::size_t i = 0; has_closed_ && i < 2 * joints.size(); ++i) {
+    const std::uint32_t fiber = ends[i].point.fiber;
+    if ((flags_[fiber] & kIsClosed) == 0) continue;
+    ends.push_back(placeAt({fiber, 0}));
+    ends.push_back(placeAt({fiber, segmentsEnd(fiber) - begin_[fiber]}));
+  }
+  auto joined = std::make_shared<JointGraph>(rule_, ends, end_);
+  const std::vector<JointGraph::Place>& places = joined->places();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto [fiber, number] = places[i].point;
+    const SegmentId begin = begin_[fiber], end = segmentsEnd(fiber);
+    // Beyond the next place of the fiber that one is nearer.
+    const bool has_before = i > 0 && places[i - 1].point.fiber == fiber;
+    const bool has_after = i + 1 < places.size() && places[i + 1].point.fiber == fiber;
+    const SegmentId first = has_before ? begin + places[i - 1].point.number : begin;
+    const SegmentId last = has_after ? begin + places[i + 1].point.number : end;
+    const auto isNear = [&](SegmentId from, SegmentId to) {
+      const double length = placeAt({fiber, to - begin}).arc - placeAt({fiber, from - begin}).arc;
+      return to - from < rule_.reach || (rule_.arc_length > 0 && length <= rule_.arc_length);
+    };
+    const SegmentId place = begin + number;
+    for (SegmentId id = place; id < last && isNear(place, id); ++id) joined->markNear(id);
+    for (SegmentId id = place; id > first && isNear(id, place); --id) joined->markNear(id - 1);
+  }
+  joined_ = std::move(joined);
+}
+
+bool FiberTable::areJoined(SegmentId first, SegmentId last) const {
+  const auto segmentAt = [this](SegmentId id) {
+    const FiberPoint point = pointOf(id, false);
+    return JointGraph::Segment{placeAt(point), placeAt({point.fiber, point.number + 1}).arc};
+  };
+  return joined_->areNeighbors(segmentAt(first), segmentAt(last));
 }
 
 }  // namespace fcl_fibers::fibers

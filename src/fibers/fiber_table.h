@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <memory>
 #include <vector>
 
 #include <fcl_fibers/fiber_options.h>
 #include <fcl_fibers/tree_export.h>
 
 #include "fibers/fiber_of.h"
+#include "fibers/joint_graph.h"
 #include "fibers/neighbor_rule.h"
 #include "parallel/executor.h"
 #include "parallel/unwritten.h"
@@ -23,7 +26,7 @@ using tree::SegmentId;
 
 /// Which ids form a fiber, which of them are neighbours, and which group each fiber has. A fiber
 /// owns a run of ids, which ascend along it. The runs follow each other from 0 on, if there are no
-/// gaps between them.
+/// gaps between them. Fibers may be joined at points, so that they form trees and loops.
 ///
 /// Arrays that the rule, the groups and the fibers do not need stay empty.
 class FiberTable {
@@ -54,6 +57,7 @@ class FiberTable {
     bool have_groups = false;          ///< some have a group
     bool have_obstacle_rules = false;  ///< some may not meet
     bool are_obstacles = false;        ///< some are obstacles
+    std::size_t joints = 0;            ///< how many times they will be joined
 
     static Kinds of(const Kind& kind) {
       return {kind.closed, kind.group != kNoGroup,
@@ -87,6 +91,20 @@ class FiberTable {
   /// Adds ids that are no segments and of no fiber, before the first fiber or after the last one.
   void addGap(SegmentId count);
 
+  /// Makes two points one. settleJoints() has to follow before neighbours are asked for.
+  void join(const FiberPoint& p, const FiberPoint& q) {
+    if (!rule_.ignoresAny()) return;
+    joints_.emplace_back(p, q);
+    joined_.reset();
+  }
+  /// Has settleJoints() leave out joints of fibers that have gone since.
+  void unsettleJoints() { joined_.reset(); }
+  /// Finds which segments are neighbours because of joints, unless that is known.
+  /// @param is_there  whether ids [begin, end), which are a fiber, have a segment. If not, the
+  ///                  fiber is not joined to any other.
+  template <class IsThere>
+  void settleJoints(IsThere&& is_there);
+
   /// Makes room, so that drop() cannot throw.
   void reserveForDrop() {
     if (numbers_.empty()) numbers_.reserve(begin_.size());
@@ -106,10 +124,16 @@ class FiberTable {
   SegmentId idsEnd(std::size_t fiber) const {
     return fiberEnd(fiber) - (gaps_.empty() ? 0 : gaps_[fiber]);
   }
+  /// Where a segment begins or ends.
+  FiberPoint pointOf(SegmentId id, bool at_end) const {
+    const std::size_t fiber = fiberOf(id);
+    return {static_cast<std::uint32_t>(fiber), id - begin_[fiber] + (at_end ? 1 : 0)};
+  }
   bool hasGaps() const { return !gaps_.empty(); }
   SegmentId idCount() const { return end_; }
   std::size_t fiberCount() const { return begin_.size(); }
   bool hasArcLengths() const { return rule_.arc_length > 0; }
+  bool hasJoints() const { return !joints_.empty(); }
   bool hasNeighbors() const { return rule_.ignoresAny(); }
   bool hasObstacleRules() const { return !obstacle_rules_.empty(); }
 
@@ -142,20 +166,31 @@ class FiberTable {
                         table.flags_.empty()
                     ? table.rule_.reach
                     : -1),
-          most_(table.has_closed_ || table.rule_.arc_length > 0 ? table.end_ : table.rule_.reach) {}
+          most_in_fiber_(table.has_closed_ || table.rule_.arc_length > 0 ? table.end_
+                                                                         : table.rule_.reach),
+          joined_(table.joined_.get()),
+          most_(joined_ != nullptr ? table.end_ : most_in_fiber_) {}
 
     bool operator()(SegmentId first, SegmentId last) const {
       const SegmentId apart = last - first;
       bool are_neighbors = apart <= sure_;
       const bool is_open = apart > sure_ && apart <= most_;
-      if (is_open) are_neighbors = table_.areNeighborsInFiber(first, last);
+      if (is_open) {
+        are_neighbors = apart <= most_in_fiber_ && table_.areNeighborsInFiber(first, last);
+        if (!are_neighbors && joined_ != nullptr && joined_->isNear(first) &&
+            joined_->isNear(last)) {
+          are_neighbors = table_.areJoined(first, last);
+        }
+      }
       return are_neighbors;
     }
 
    private:
     const FiberTable& table_;
-    const SegmentId sure_;  ///< ids at most this far apart are neighbours
-    const SegmentId most_;  ///< ids farther apart are not neighbours
+    const SegmentId sure_;            ///< ids at most this far apart are neighbours
+    const SegmentId most_in_fiber_;   ///< ids farther apart are not neighbours along a fiber
+    const JointGraph* const joined_;  ///< null if there are no joints
+    const SegmentId most_;            ///< ids farther apart are not neighbours
   };
 
   bool hasGroups() const { return !groups_.empty(); }
@@ -207,7 +242,8 @@ class FiberTable {
   FCL_FIBERS_TREE_EXPORT tree::Fibers segments(parallel::Executor* executor) const;
 
   std::size_t memoryUsage() const {
-    return begin_.capacity() * sizeof(SegmentId) + flags_.capacity() +
+    return joints_.capacity() * sizeof(Joint) + (joined_ != nullptr ? joined_->memoryUsage() : 0) +
+           begin_.capacity() * sizeof(SegmentId) + flags_.capacity() +
            numbers_.capacity() * sizeof(std::uint32_t) + groups_.capacity() * sizeof(Group) +
            obstacle_rules_.capacity() * sizeof(ObstacleRule) +
            arc_end_.capacity() * sizeof(double) + gaps_.capacity() * sizeof(SegmentId);
@@ -226,6 +262,13 @@ class FiberTable {
     return is_obstacle || (rule_.ignoresAny() && is_closed) || !flags_.empty();
   }
   FCL_FIBERS_TREE_EXPORT bool areNeighborsInFiber(SegmentId first, SegmentId last) const;
+  FCL_FIBERS_TREE_EXPORT bool areJoined(SegmentId first, SegmentId last) const;
+  FCL_FIBERS_TREE_EXPORT void findJoined(const std::vector<Joint>& joints);
+  JointGraph::Place placeAt(const FiberPoint& point) const {
+    return {point, hasArcLengths() && point.number > 0
+                       ? arc_end_[static_cast<std::size_t>(begin_[point.fiber] + point.number - 1)]
+                       : 0};
+  }
 
   std::size_t fiberOf(SegmentId id) const {
     return fibers::fiberOf(begin_.data(), begin_.size(), end_, id);
@@ -249,6 +292,9 @@ class FiberTable {
   parallel::UnwrittenVector<double>
       arc_end_;  ///< by id, see areNeighbors(); empty unless arc lengths matter
   bool has_closed_ = false;
+  std::vector<Joint> joints_;
+  std::shared_ptr<const JointGraph>
+      joined_;  ///< null if there are no joints, or they are not settled
 };
 
 inline void FiberTable::startFiber(const Kind& kind) {
@@ -297,6 +343,12 @@ void FiberTable::drop(Keep&& keep, Move&& move) {
     numbers_.resize(begin_.size());
     for (std::size_t f = 0; f < begin_.size(); ++f) numbers_[f] = static_cast<std::uint32_t>(f);
   }
+  // Numbers of fibers tell after the drop which fibers were joined, and need no memory.
+  for (auto& [p, q] : joints_) {
+    p.fiber = numbers_[p.fiber];
+    q.fiber = numbers_[q.fiber];
+  }
+  joined_.reset();
   std::size_t kept = 0;
   SegmentId next = 0;
   for (std::size_t f = 0; f < begin_.size(); ++f) {
@@ -322,6 +374,27 @@ void FiberTable::drop(Keep&& keep, Move&& move) {
   if (!groups_.empty()) groups_.resize(kept);
   if (!obstacle_rules_.empty()) obstacle_rules_.resize(kept);
   if (!arc_end_.empty()) arc_end_.resize(static_cast<std::size_t>(next));
+  const auto isGone = [this](FiberPoint& point) {
+    const auto place = std::lower_bound(numbers_.begin(), numbers_.end(), point.fiber);
+    const bool is_gone = place == numbers_.end() || *place != point.fiber;
+    point.fiber = static_cast<std::uint32_t>(place - numbers_.begin());
+    return is_gone;
+  };
+  joints_.erase(std::remove_if(joints_.begin(), joints_.end(),
+                               [&](Joint& j) { return isGone(j.first) || isGone(j.second); }),
+                joints_.end());
+}
+
+template <class IsThere>
+void FiberTable::settleJoints(IsThere&& is_there) {
+  if (joints_.empty() || joined_ != nullptr) return;
+  std::vector<Joint> joints;
+  const auto isLeft = [&](const FiberPoint& point) {
+    return is_there(begin_[point.fiber], fiberEnd(point.fiber));
+  };
+  std::copy_if(joints_.begin(), joints_.end(), std::back_inserter(joints),
+               [&](const Joint& joint) { return isLeft(joint.first) && isLeft(joint.second); });
+  findJoined(joints);
 }
 
 template <class IsThere>

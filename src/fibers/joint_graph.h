@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/tree_export.h>
+
+#include "fibers/neighbor_rule.h"
+
+namespace fcl_fibers::fibers {
+
+/// A point of a fiber: where segment `number` begins, or where the last segment ends.
+struct FiberPoint {
+  std::uint32_t fiber;  ///< its position in the table
+  SegmentId number;
+};
+
+/// Two points of fibers that are one.
+using Joint = std::pair<FiberPoint, FiberPoint>;
+
+/// Which segments are neighbours because their fibers are joined. Between two segments counts the
+/// shortest path along the fibers, so fibers may form trees and loops.
+///
+/// It keeps the distances from each joint to some others, its hubs, and none to all others. The
+/// shortest path between two joints runs through a hub of both (Akiba, Iwata and Yoshida, Fast
+/// exact shortest-path distance queries on large networks by pruned landmark labeling, 2013). A
+/// thousand fibers that meet in one point have one hub.
+class JointGraph {
+ public:
+  /// A point of a fiber, and how far along the fiber it is.
+  struct Place {
+    FiberPoint point;
+    double arc;  ///< 0 if the rule has no arc length
+  };
+  struct Segment {
+    Place begin;
+    double arc_end;
+  };
+
+  /// @param joined    2 k and 2 k + 1 are one point
+  /// @param id_count  of the table
+  FCL_FIBERS_TREE_EXPORT JointGraph(const NeighborRule& rule, const std::vector<Place>& joined,
+                                    SegmentId id_count);
+
+  /// All joined points, in the order of fibers and along each, without repetition.
+  const std::vector<Place>& places() const { return places_; }
+
+  /// Whether a joint is within the rule's reach along the segment's own fiber. Two segments that
+  /// are not both near one need not be asked about.
+  bool isNear(SegmentId id) const { return (near_[wordOf(id)] >> (id % 64) & 1) != 0; }
+  void markNear(SegmentId id) { near_[wordOf(id)] |= std::uint64_t{1} << (id % 64); }
+
+  /// Whether the rule excludes the pair by a path that leaves the fiber of each.
+  FCL_FIBERS_TREE_EXPORT bool areNeighbors(const Segment& a, const Segment& b) const;
+
+  std::size_t memoryUsage() const;
+
+ private:
+  using Node = std::int32_t;  ///< all places that are one point
+
+  static std::size_t wordOf(SegmentId id) { return static_cast<std::size_t>(id) / 64; }
+
+  /// A node that is next to a segment, and the way there from the segment's nearer end.
+  struct Exit {
+    Node node;
+    SegmentId segments;
+    double length;
+  };
+  struct Exits {
+    Exit exits[2];
+    int count = 0;
+  };
+  Exits exitsOf(const Segment& segment) const;
+
+  /// The distances of nodes, as far as the limit.
+  class Distances {
+   public:
+    /// Finds them all. distanceOf(p, q) is that of two consecutive places of a fiber.
+    template <class DistanceOf>
+    void find(const JointGraph& graph, double limit, DistanceOf&& distanceOf);
+    bool areWithin(Node p, Node q, double most) const;
+    std::size_t memoryUsage() const {
+      return begin_.capacity() * sizeof(std::size_t) + labels_.capacity() * sizeof(Label);
+    }
+
+   private:
+    struct Label {
+      Node hub;  ///< its rank
+      double distance;
+    };
+    static bool areWithin(const Label* p, const Label* p_end, const Label* q, const Label* q_end,
+                          double most);
+
+    std::vector<std::size_t> begin_;  ///< by node, and the end
+    std::vector<Label> labels_;       ///< by node, then by hub
+  };
+
+  NeighborRule rule_;
+  std::vector<Place> places_;
+  std::vector<Node> nodes_;                 ///< by place
+  std::vector<std::uint32_t> fiber_begin_;  ///< by fiber, and the end: its first place
+  Node node_count_ = 0;
+  Distances by_number_, by_length_;
+  std::vector<std::uint64_t> near_;  ///< bits by id
+};
+
+}  // namespace fcl_fibers::fibers
