@@ -121,13 +121,16 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// are neighbours; see FiberOptions::ignored_neighbors. Each is as long as its shape is along its
   /// z axis, which is `lz` or `side[2]`; see FiberOptions::ignored_arc_length. Segments of one
   /// group are never paired with one another, not even those of one fiber; see FiberGroup.
-  /// `obstacles` tells which obstacles the fiber meets. An empty fiber registers nothing.
+  /// `obstacles` tells which obstacles the fiber meets, and `joints` where it meets other fibers,
+  /// so that fibers form trees and loops. An empty fiber registers nothing.
   ///
   /// Throws std::invalid_argument and registers nothing if an object is null, has another shape or
   /// is already registered, if its pose or size cannot be read, if a number of `obstacles` is out
-  /// of range, or while a query runs.
+  /// of range, if a joint names a point that the fiber has not, or an object that is no segment of
+  /// a registered fiber or of this one, or while a query runs.
   void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen,
-                     FiberGroup group = {}, const FiberObstacles& obstacles = {});
+                     FiberGroup group = {}, const FiberObstacles& obstacles = {},
+                     const std::vector<FiberJoint<Object>>& joints = {});
 
   /// Registers an object that is no fiber, such as a head or a floor, with options. Throws
   /// std::invalid_argument as registerObject() does. Under either report it also throws if the mesh
@@ -143,7 +146,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   void registerObject(Object* object) override;
   ///@}
 
-  /// Unregisters an object. All others keep their fiber and segment numbers. Throws
+  /// Unregisters an object. All others keep their fiber and segment numbers. Fibers that start or
+  /// end at one without objects do so nowhere from then on. Throws
   /// std::invalid_argument and changes nothing if the object is not registered, or while a query
   /// runs.
   void unregisterObject(Object* object) override;

@@ -50,17 +50,33 @@ template <typename Object>
 struct FiberObjects {
   std::vector<Object*> objects;       ///< one per segment, along the fiber; borrowed
   FiberEnds ends = FiberEnds::kOpen;  ///< from FiberPolylines::closed
+  /// Where it meets itself or fibers before it, from FiberPolylines::starts_at and ends_at.
+  std::vector<FiberJoint<Object>> joints;
 };
+
+/// A point of a fiber of a scene that is one with the begin or end of a segment of that fiber or of
+/// one before it.
+struct SceneJoint {
+  std::size_t fiber, point;       ///< the point's number along the fiber
+  std::size_t of_fiber, segment;  ///< the segment's number along its fiber
+  bool at_end;                    ///< of the segment
+};
+
+/// Where fibers of a scene meet, in their order. Fibers without segments lead from one to the next.
+/// Throws std::invalid_argument if starts_at or ends_at has another size than there are fibers, or
+/// tells a point that is not there.
+FCL_FIBERS_EXPORT std::vector<SceneJoint> sceneJoints(const FiberPolylines& scene);
 
 /// Sorts by fiber what makeObjects() made, or pointers to as many objects in the same order:
 ///
 ///     const auto objects = makeObjects<double>(scene);
 ///     for (const auto& fiber : objectsByFiber(scene, objects)) {
-///       manager.registerFiber(fiber.objects, fiber.ends);
+///       manager.registerFiber(fiber.objects, fiber.ends, {}, {}, fiber.joints);
 ///     }
 ///
 /// A fiber of one point or none has no object, and a manager, which then registers nothing, does
-/// not count it. Throws std::invalid_argument if there are not as many objects as segments.
+/// not count it. Throws std::invalid_argument if there are not as many objects as segments, and as
+/// sceneJoints() does.
 template <typename Pointer>
 auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& objects) {
   using Object = std::remove_reference_t<decltype(*objects.front())>;
@@ -76,6 +92,10 @@ auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& obj
     fibers[f].ends = scene.isClosed(f) ? FiberEnds::kClosed : FiberEnds::kOpen;
     fibers[f].objects.reserve(segments);
     for (std::size_t i = 0; i < segments; ++i) fibers[f].objects.push_back(&**next++);
+  }
+  for (const SceneJoint& joint : sceneJoints(scene)) {
+    fibers[joint.fiber].joints.push_back(
+        {joint.point, fibers[joint.of_fiber].objects[joint.segment], joint.at_end});
   }
   return fibers;
 }

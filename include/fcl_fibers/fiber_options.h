@@ -28,6 +28,22 @@ enum class FiberEnds {
   kClosed,  ///< its last segment leads back to its first
 };
 
+/// A point where a fiber meets one that is registered, such as the first point of a branch of a
+/// neuron or a vessel. Neighbours count along the fibers that are joined so; see
+/// FiberOptions::ignored_neighbors. It does not matter which of the two segments at a point is
+/// named. The fibers stay joined until one of them has no object left.
+///
+///     manager.registerFiber(trunk);
+///     manager.registerFiber(branch, FiberEnds::kOpen, {}, {}, {{0, trunk[7]}});
+template <typename Object>
+struct FiberJoint {
+  /// Which point of the new fiber: 0 where its first segment begins, and as many as it has segments
+  /// where the last one ends.
+  std::size_t point = 0;
+  const Object* segment = nullptr;  ///< a segment of another fiber, or of the new one
+  bool at_end = false;              ///< whether the point is where that segment ends, or begins
+};
+
 /// The group of a fiber, such as the cables of one harness. Fibers of one group are never paired
 /// with one another, nor are two segments of one such fiber. A query does not search for pairs
 /// within a part of the tree that belongs to one group, which saves time. Each manager or tree has
@@ -77,13 +93,15 @@ struct FiberOptions {
   Report report = Report::kVolumes;       ///< which pairs a query reports
 
   /// A query leaves out two segments of one fiber whose numbers differ by at most this. 0 leaves
-  /// out none. 1 leaves out adjacent segments, which always touch. Not negative.
+  /// out none. 1 leaves out adjacent segments, which always touch. Not negative. Where a fiber
+  /// starts or ends at a point of another one, the segments count along both, by the shortest way:
+  /// all that share a point are adjacent.
   int ignored_neighbors = 0;
 
-  /// A query also leaves out two segments of one fiber with at most this length of the fiber
-  /// between them, in the scene's unit. The length is measured when the fiber is registered or the
-  /// tree is built. This option suits fibers of unequal segments. 0 leaves out none. Finite, not
-  /// negative.
+  /// A query also leaves out two segments of one fiber, or of fibers that are joined, with at most
+  /// this length of fiber between them, in the scene's unit. The length is measured when the fiber
+  /// is registered or the tree is built. This option suits fibers of unequal segments. 0 leaves out
+  /// none. Finite, not negative.
   double ignored_arc_length = 0;
 
   /// Segments that are at most this far apart count as touching, in the scene's unit. Finite, not

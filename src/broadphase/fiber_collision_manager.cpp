@@ -152,11 +152,12 @@ FiberCollisionManager<S>::~FiberCollisionManager() = default;
 
 template <typename S>
 void FiberCollisionManager<S>::registerFiber(const std::vector<Object*>& fiber, FiberEnds ends,
-                                             FiberGroup group, const FiberObstacles& obstacles) {
+                                             FiberGroup group, const FiberObstacles& obstacles,
+                                             const std::vector<FiberJoint<Object>>& joints) {
   typename Impl::Kind kind{
       true, ends == FiberEnds::kClosed, group.number, {obstacles.categories, obstacles.meets}};
   kind.roots = broadphase::rootsOf<S>("registerFiber", fiber, obstacles);
-  impl().add("registerFiber", fiber, kind);
+  impl().add("registerFiber", fiber, kind, joints);
 }
 
 template <typename S>

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -89,6 +90,52 @@ void forEachSegment(const FiberPolylines& scene, const Visit& visit) {
 }
 
 }  // namespace
+
+std::vector<SceneJoint> sceneJoints(const FiberPolylines& scene) {
+  std::vector<SceneJoint> joints;
+  if (scene.starts_at.empty() && scene.ends_at.empty()) return joints;
+  requireFiberRanges("sceneJoints", scene);
+  // Each point leads to one that is the same, and the last of these to itself.
+  std::vector<std::size_t> same(scene.points.size());
+  std::iota(same.begin(), same.end(), std::size_t{0});
+  const auto lastOf = [&](std::size_t i) {
+    while (same[i] != i) i = same[i] = same[same[i]];
+    return i;
+  };
+  const auto unite = [&](const std::string& name, const std::vector<std::int32_t>& at,
+                         bool are_starts) {
+    if (at.empty()) return;
+    if (at.size() != scene.fiberCount()) {
+      refuseArgument("sceneJoints", ("the number of " + name).c_str(), at.size(),
+                     "give one for each fiber, or none");
+    }
+    for (std::size_t f = 0; f < at.size(); ++f) {
+      const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+      if (at[f] == -1) continue;
+      if (at[f] < 0 || static_cast<std::size_t>(at[f]) >= same.size() || begin == end) {
+        refuseArgument("sceneJoints", (name + " of fiber " + std::to_string(f)).c_str(), at[f],
+                       "give a point, or -1 for none and for a fiber without points");
+      }
+      same[lastOf(are_starts ? begin : end - 1)] = lastOf(static_cast<std::size_t>(at[f]));
+    }
+  };
+  unite("starts_at", scene.starts_at, true);
+  unite("ends_at", scene.ends_at, false);
+  constexpr std::size_t kNone = ~std::size_t{0};
+  std::vector<SceneJoint> firsts(same.size(), {kNone, 0, 0, 0, false});
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t begin = scene.point_begin[f], segments = scene.segmentCount(f);
+    for (std::size_t i = 0; segments > 0 && i <= segments; ++i) {
+      SceneJoint& first = firsts[lastOf(begin + i)];
+      if (first.fiber == kNone) {
+        first = {f, i, f, std::min(i, segments - 1), i == segments};
+      } else {
+        joints.push_back({f, i, first.of_fiber, first.segment, first.at_end});
+      }
+    }
+  }
+  return joints;
+}
 
 template <typename S>
 std::vector<fcl::Transform3<S>> segmentPoses(const FiberPolylines& scene) {

@@ -137,8 +137,42 @@ void ManagerState<S>::requireMesh(const Objects& objects, std::size_t i, bool is
              countsTriangles(options_) ? &obstacles_.cache() : &unused, static_cast<SegmentId>(i));
 }
 
+/// Joints of a fiber that is to be the table's next one.
 template <typename S>
-void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind) {
+std::vector<fibers::Joint> ManagerState<S>::jointsOf(
+    const char* call, const Objects& fiber, const std::vector<FiberJoint<Object>>& joints) const {
+  const fibers::FiberTable& table = registry_.fibers();
+  const auto position = static_cast<std::uint32_t>(table.fiberCount());
+  std::vector<fibers::Joint> result;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const FiberJoint<Object>& joint = joints[i];
+    const auto refuse = [&](const std::string& what) {
+      throwInvalidArgument(call, "joint " + std::to_string(i) + what);
+    };
+    if (joint.point > fiber.size()) {
+      refuse(" is at point " + std::to_string(joint.point) + "; give one from 0 to " +
+             std::to_string(fiber.size()) + ", the number of segments");
+    }
+    const fibers::FiberPoint own{position, static_cast<SegmentId>(joint.point)};
+    const SegmentId id = registry_.find(joint.segment);
+    const auto place = std::find(fiber.begin(), fiber.end(), joint.segment) - fiber.begin();
+    if (id != Registry::kNotFound && table.hasNeighborsOf(id)) {
+      result.emplace_back(own, table.pointOf(id, joint.at_end));
+    } else if (id == Registry::kNotFound && place < std::ptrdiff_t(fiber.size())) {
+      const SegmentId number = static_cast<SegmentId>(place) + (joint.at_end ? 1 : 0);
+      result.emplace_back(own, fibers::FiberPoint{position, number});
+    } else {
+      refuse(
+          " names an object that is no segment of a fiber; register that fiber before by "
+          "registerFiber()");
+    }
+  }
+  return result;
+}
+
+template <typename S>
+void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind,
+                          const std::vector<FiberJoint<Object>>& joints) {
   refuseDuringQuery(call);
   // An obstacle with filters of its own neither continues a fiber nor is continued.
   const bool may_continue = kind.categories == tree::kAllCategories;
@@ -154,7 +188,8 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   if (added.size() > kMost - registry_.objects().size()) {
     throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
   }
-  if (const auto duplicate = registry_.add(added, fresh.starts_fiber, kind, fresh.lengths)) {
+  if (const auto duplicate = registry_.add(added, fresh.starts_fiber, kind, fresh.lengths,
+                                           jointsOf(call, added, joints))) {
     throwInvalidArgument(call,
                          nameOf(*duplicate) + " is registered already; register each object once");
   }
@@ -220,6 +255,8 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
   ++(generations_.isYoung(id) ? removed_young_ : removed_);
   const std::size_t in_main = generations_.main().leaves().size();
   if (!keeps_ids || removed_ > std::min(registry_.size(), in_main) / 8) markStale();
+  // The next query finds which fibers are joined still.
+  if (registry_.fibers().hasUnsettledJoints() && state_ == State::kReady) state_ = State::kGrown;
   if (registry_.size() == 0) state_ = State::kStale;  // no object is left that could be refused
 }
 
@@ -458,6 +495,7 @@ void ManagerState<S>::catchUp(const char* call, State state, bool builds_young) 
   named(
       call, [&](SegmentId id) { return source.nameOf(id); },
       [&] { obstacles_.read(frame(), !keeps_trees || state == State::kUnread, read_anew); });
+  registry_.settleJoints();
   const bool waits = !builds_young && (has_new || !keeps_trees);
   state_.store(waits ? State::kRead : State::kReady, std::memory_order_release);
 }

@@ -46,7 +46,8 @@ class ManagerState {
   /// Copies `original` for these objects. Queries of the original may run meanwhile.
   ManagerState(const char* call, const ManagerState& original, const Objects& objects);
 
-  void add(const char* call, const Objects& added, const Kind& kind);
+  void add(const char* call, const Objects& added, const Kind& kind,
+           const std::vector<FiberJoint<Object>>& joints = {});
   void remove(const char* call, const Object* object);
   void clear(const char* call);
 
@@ -145,6 +146,8 @@ class ManagerState {
   };
   class OwnPairing;
 
+  std::vector<fibers::Joint> jointsOf(const char* call, const Objects& fiber,
+                                      const std::vector<FiberJoint<Object>>& joints) const;
   void readAll(const char* call, bool keeps_tree);
   void renewList();
   void keepLastIds();

@@ -140,11 +140,17 @@ class ObjectRegistry {
   /// fiber of the object before.
   /// @param starts_fiber  1 or 0; bytes, because several threads write them
   /// @param lengths  of the segments, if the table has arc lengths
+  /// @param joints   of the fiber
   /// @return the position in `added` of an object that is repeated or managed already; then nothing
   ///         has changed
   std::optional<std::size_t> add(const std::vector<Object*>& added,
                                  const std::vector<std::uint8_t>& starts_fiber, const Kind& kind,
-                                 const std::vector<double>& lengths = {});
+                                 const std::vector<double>& lengths = {},
+                                 const std::vector<fibers::Joint>& joints = {});
+
+  /// Finds which segments are neighbours because of joints. It has to be called before a query, and
+  /// by one thread alone.
+  void settleJoints() const { fibers_.settleJoints(Left{objects_}); }
 
   /// Copies another registry, with objects[i] in place of its i-th object.
   /// @pre this registry is new, and `objects` has as many as the other one and no null
@@ -179,6 +185,15 @@ class ObjectRegistry {
   }
 
  private:
+  /// Whether a fiber has objects left.
+  struct Left {
+    const std::vector<Object*>& objects;
+
+    bool operator()(SegmentId begin, SegmentId end) const {
+      return std::any_of(objects.begin() + begin, objects.begin() + end,
+                         [](const Object* object) { return object != nullptr; });
+    }
+  };
   bool isIndexed() const { return is_indexed_.load(std::memory_order_acquire); }
   bool fillIndex() const noexcept;
   /// @pre the object is managed
@@ -238,7 +253,8 @@ template <typename S>
 std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& added,
                                                   const std::vector<std::uint8_t>& starts_fiber,
                                                   const Kind& kind,
-                                                  const std::vector<double>& lengths) {
+                                                  const std::vector<double>& lengths,
+                                                  const std::vector<fibers::Joint>& joints) {
   // Calls that may throw come first.
   const std::size_t first = objects_.size(), count = first + added.size();
   if (count > objects_.capacity()) {
@@ -247,7 +263,9 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
     objects_.reserve(std::max(count + count / 128 + kFew, first + first / 2));
   }
   const auto starts = std::count(starts_fiber.begin(), starts_fiber.end(), 1);
-  fibers_.reserve(static_cast<std::size_t>(starts), added.size(), Kinds::of(kind));
+  Kinds kinds = Kinds::of(kind);
+  kinds.joints = joints.size();
+  fibers_.reserve(static_cast<std::size_t>(starts), added.size(), kinds);
   if (isIndexed()) index_.reserve(count);
   if (const auto known = insert(added)) return known;
 
@@ -262,6 +280,7 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
     for (; !lengths.empty() && i < end; ++i) fibers_.addId(lengths[i]);
     i = end;
   }
+  for (const auto& [own, other] : joints) fibers_.join(own, other);
   size_ += added.size();
   return std::nullopt;
 }
@@ -284,7 +303,12 @@ template <typename S>
 bool ObjectRegistry<S>::remove(const Object* object) {
   const bool keeps_ids = !nextRemovalRenumbers();
   if (!keeps_ids) fibers_.reserveForDrop();
-  objects_[static_cast<std::size_t>(find(object))] = nullptr;
+  const SegmentId id = find(object);
+  objects_[static_cast<std::size_t>(id)] = nullptr;
+  if (fibers_.hasJoints()) {
+    const std::size_t fiber = fibers_.pointOf(id, false).fiber;
+    if (!Left{objects_}(fibers_.beginOf(fiber), fibers_.idsEnd(fiber))) fibers_.unsettleJoints();
+  }
   managed_.erase(object);
   --size_;
   ++removed_since_renumbering_;
@@ -305,14 +329,9 @@ void ObjectRegistry<S>::clear() {
 template <typename S>
 void ObjectRegistry<S>::renumber() {
   removed_since_renumbering_ = 0;
-  fibers_.drop(
-      [this](SegmentId begin, SegmentId end) {
-        return std::any_of(objects_.begin() + begin, objects_.begin() + end,
-                           [](const Object* object) { return object != nullptr; });
-      },
-      [this](SegmentId from, SegmentId to) {
-        objects_[static_cast<std::size_t>(to)] = objects_[static_cast<std::size_t>(from)];
-      });
+  fibers_.drop(Left{objects_}, [this](SegmentId from, SegmentId to) {
+    objects_[static_cast<std::size_t>(to)] = objects_[static_cast<std::size_t>(from)];
+  });
   objects_.resize(static_cast<std::size_t>(fibers_.idCount()));
   if (!isIndexed()) return;
   index_.forgetAll();

@@ -79,14 +79,42 @@ bool FiberTable::areNeighborsInFiber(SegmentId first, SegmentId last) const {
   return fibers::areNeighbors(rule_, range, arc_end_.data(), first, last);
 }
 
-void FiberTable::findJoined(const std::vector<Joint>& joints) {
+// Numbers of fibers tell after a drop which fibers were joined, and need no memory.
+void FiberTable::nameJointsByNumber() {
+  for (auto& [p, q] : joints_) {
+    p.fiber = numbers_[p.fiber];
+    q.fiber = numbers_[q.fiber];
+  }
+  joined_.reset();
+}
+
+/// After nameJointsByNumber(), which has a fiber named by its position again.
+void FiberTable::forgetLostJoints() {
+  const auto isLost = [this](FiberPoint& point) {
+    const auto place = std::lower_bound(numbers_.begin(), numbers_.end(), point.fiber);
+    const bool is_lost = place == numbers_.end() || *place != point.fiber;
+    point.fiber = static_cast<std::uint32_t>(place - numbers_.begin());
+    return is_lost;
+  };
+  joints_.erase(std::remove_if(joints_.begin(), joints_.end(),
+                               [&](Joint& j) { return isLost(j.first) || isLost(j.second); }),
+                joints_.end());
+}
+
+void FiberTable::settleJoints(const std::function<bool(SegmentId, SegmentId)>& is_there) const {
+  if (!hasUnsettledJoints()) return;
+  const auto isLeft = [&](const FiberPoint& point) {
+    return is_there(begin_[point.fiber], fiberEnd(point.fiber));
+  };
   std::vector<JointGraph::Place> ends;
-  for (const auto& [p, q] : joints) {
+  for (const auto& [p, q] : joints_) {
+    if (!isLeft(p) || !isLeft(q)) continue;
     ends.push_back(placeAt(p));
     ends.push_back(placeAt(q));
   }
   // Paths also lead around a closed fiber.
-  for (std::size_t i = 0; has_closed_ && i < 2 * joints.size(); ++i) {
+  const std::size_t joined_ends = ends.size();
+  for (std::size_t i = 0; has_closed_ && i < joined_ends; ++i) {
     const std::uint32_t fiber = ends[i].point.fiber;
     if ((flags_[fiber] & kIsClosed) == 0) continue;
     ends.push_back(placeAt({fiber, 0}));

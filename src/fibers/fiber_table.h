@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -102,8 +102,8 @@ class FiberTable {
   /// Finds which segments are neighbours because of joints, unless that is known.
   /// @param is_there  whether ids [begin, end), which are a fiber, have a segment. If not, the
   ///                  fiber is not joined to any other.
-  template <class IsThere>
-  void settleJoints(IsThere&& is_there);
+  FCL_FIBERS_TREE_EXPORT void settleJoints(
+      const std::function<bool(SegmentId begin, SegmentId end)>& is_there) const;
 
   /// Makes room, so that drop() cannot throw.
   void reserveForDrop() {
@@ -134,6 +134,11 @@ class FiberTable {
   std::size_t fiberCount() const { return begin_.size(); }
   bool hasArcLengths() const { return rule_.arc_length > 0; }
   bool hasJoints() const { return !joints_.empty(); }
+  bool hasUnsettledJoints() const { return hasJoints() && joined_ == nullptr; }
+  /// Whether the neighbour rule applies to the fiber of a segment.
+  bool hasNeighborsOf(SegmentId id) const {
+    return flags_.empty() || (flags_[fiberOf(id)] & kHasNoNeighbors) == 0;
+  }
   bool hasNeighbors() const { return rule_.ignoresAny(); }
   bool hasObstacleRules() const { return !obstacle_rules_.empty(); }
 
@@ -263,7 +268,8 @@ class FiberTable {
   }
   FCL_FIBERS_TREE_EXPORT bool areNeighborsInFiber(SegmentId first, SegmentId last) const;
   FCL_FIBERS_TREE_EXPORT bool areJoined(SegmentId first, SegmentId last) const;
-  FCL_FIBERS_TREE_EXPORT void findJoined(const std::vector<Joint>& joints);
+  FCL_FIBERS_TREE_EXPORT void nameJointsByNumber();
+  FCL_FIBERS_TREE_EXPORT void forgetLostJoints();
   JointGraph::Place placeAt(const FiberPoint& point) const {
     return {point, hasArcLengths() && point.number > 0
                        ? arc_end_[static_cast<std::size_t>(begin_[point.fiber] + point.number - 1)]
@@ -293,7 +299,7 @@ class FiberTable {
       arc_end_;  ///< by id, see areNeighbors(); empty unless arc lengths matter
   bool has_closed_ = false;
   std::vector<Joint> joints_;
-  std::shared_ptr<const JointGraph>
+  mutable std::shared_ptr<const JointGraph>
       joined_;  ///< null if there are no joints, or they are not settled
 };
 
@@ -343,12 +349,7 @@ void FiberTable::drop(Keep&& keep, Move&& move) {
     numbers_.resize(begin_.size());
     for (std::size_t f = 0; f < begin_.size(); ++f) numbers_[f] = static_cast<std::uint32_t>(f);
   }
-  // Numbers of fibers tell after the drop which fibers were joined, and need no memory.
-  for (auto& [p, q] : joints_) {
-    p.fiber = numbers_[p.fiber];
-    q.fiber = numbers_[q.fiber];
-  }
-  joined_.reset();
+  nameJointsByNumber();
   std::size_t kept = 0;
   SegmentId next = 0;
   for (std::size_t f = 0; f < begin_.size(); ++f) {
@@ -374,27 +375,7 @@ void FiberTable::drop(Keep&& keep, Move&& move) {
   if (!groups_.empty()) groups_.resize(kept);
   if (!obstacle_rules_.empty()) obstacle_rules_.resize(kept);
   if (!arc_end_.empty()) arc_end_.resize(static_cast<std::size_t>(next));
-  const auto isGone = [this](FiberPoint& point) {
-    const auto place = std::lower_bound(numbers_.begin(), numbers_.end(), point.fiber);
-    const bool is_gone = place == numbers_.end() || *place != point.fiber;
-    point.fiber = static_cast<std::uint32_t>(place - numbers_.begin());
-    return is_gone;
-  };
-  joints_.erase(std::remove_if(joints_.begin(), joints_.end(),
-                               [&](Joint& j) { return isGone(j.first) || isGone(j.second); }),
-                joints_.end());
-}
-
-template <class IsThere>
-void FiberTable::settleJoints(IsThere&& is_there) {
-  if (joints_.empty() || joined_ != nullptr) return;
-  std::vector<Joint> joints;
-  const auto isLeft = [&](const FiberPoint& point) {
-    return is_there(begin_[point.fiber], fiberEnd(point.fiber));
-  };
-  std::copy_if(joints_.begin(), joints_.end(), std::back_inserter(joints),
-               [&](const Joint& joint) { return isLeft(joint.first) && isLeft(joint.second); });
-  findJoined(joints);
+  forgetLostJoints();
 }
 
 template <class IsThere>
