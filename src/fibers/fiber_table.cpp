@@ -106,7 +106,8 @@ void FiberTable::settleJoints(const std::function<bool(SegmentId, SegmentId)>& i
   const auto isLeft = [&](const FiberPoint& point) {
     return is_there(begin_[point.fiber], fiberEnd(point.fiber));
   };
-  std::vector<JointGraph::Place> ends;
+  using Place = JointGraph::Place;
+  std::vector<Place> ends;
   for (const auto& [p, q] : joints_) {
     if (!isLeft(p) || !isLeft(q)) continue;
     ends.push_back(placeAt(p));
@@ -121,32 +122,34 @@ void FiberTable::settleJoints(const std::function<bool(SegmentId, SegmentId)>& i
     ends.push_back(placeAt({fiber, segmentsEnd(fiber) - begin_[fiber]}));
   }
   auto joined = std::make_shared<JointGraph>(rule_, ends, end_);
-  const std::vector<JointGraph::Place>& places = joined->places();
+  const std::vector<Place>& places = joined->places();
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto [fiber, number] = places[i].point;
-    const SegmentId begin = begin_[fiber], end = segmentsEnd(fiber);
-    // Beyond the next place of the fiber that one is nearer.
-    const bool has_before = i > 0 && places[i - 1].point.fiber == fiber;
-    const bool has_after = i + 1 < places.size() && places[i + 1].point.fiber == fiber;
-    const SegmentId first = has_before ? begin + places[i - 1].point.number : begin;
-    const SegmentId last = has_after ? begin + places[i + 1].point.number : end;
-    const auto isNear = [&](SegmentId from, SegmentId to) {
-      const double length = placeAt({fiber, to - begin}).arc - placeAt({fiber, from - begin}).arc;
-      return to - from < rule_.reach || (rule_.arc_length > 0 && length <= rule_.arc_length);
+    const auto placeBeside = [&, f = fiber](std::size_t k) {
+      return k < places.size() && places[k].point.fiber == f ? &places[k] : nullptr;
     };
-    const SegmentId place = begin + number;
-    for (SegmentId id = place; id < last && isNear(place, id); ++id) joined->markNear(id);
-    for (SegmentId id = place; id > first && isNear(id, place); --id) joined->markNear(id - 1);
+    const Place *const here = &places[i], *const before = placeBeside(i - 1),
+                       *const after = placeBeside(i + 1);
+    // Beyond the next place of the fiber that one is nearer.
+    const SegmentId begin = begin_[fiber];
+    const SegmentId first = before != nullptr ? before->point.number : 0;
+    const SegmentId last = after != nullptr ? after->point.number : segmentsEnd(fiber) - begin;
+    const auto areNear = [&](const Place& p, const Place& q) {
+      return q.point.number - p.point.number < rule_.reach ||
+             (rule_.arc_length > 0 && q.arc - p.arc <= rule_.arc_length);
+    };
+    for (SegmentId n = number; n < last; ++n) {
+      const Place from = placeAt({fiber, n});
+      if (!areNear(*here, from)) break;
+      joined->addNear(begin + n, from, placeAt({fiber, n + 1}), here, after);
+    }
+    for (SegmentId n = number; n > first; --n) {
+      const Place to = placeAt({fiber, n});
+      if (!areNear(to, *here)) break;
+      joined->addNear(begin + n - 1, placeAt({fiber, n - 1}), to, before, here);
+    }
   }
   joined_ = std::move(joined);
-}
-
-bool FiberTable::areJoined(SegmentId first, SegmentId last) const {
-  const auto segmentAt = [this](SegmentId id) {
-    const FiberPoint point = pointOf(id, false);
-    return JointGraph::Segment{placeAt(point), placeAt({point.fiber, point.number + 1}).arc};
-  };
-  return joined_->areNeighbors(segmentAt(first), segmentAt(last));
 }
 
 }  // namespace fcl_fibers::fibers

@@ -181,11 +181,8 @@ class FiberTable {
       bool are_neighbors = apart <= sure_;
       const bool is_open = apart > sure_ && apart <= most_;
       if (is_open) {
-        are_neighbors = apart <= most_in_fiber_ && table_.areNeighborsInFiber(first, last);
-        if (!are_neighbors && joined_ != nullptr && joined_->isNear(first) &&
-            joined_->isNear(last)) {
-          are_neighbors = table_.areJoined(first, last);
-        }
+        are_neighbors = (joined_ != nullptr && joined_->areNeighbors(first, last)) ||
+                        (apart <= most_in_fiber_ && table_.areNeighborsInFiber(first, last));
       }
       return are_neighbors;
     }
@@ -267,7 +264,6 @@ class FiberTable {
     return is_obstacle || (rule_.ignoresAny() && is_closed) || !flags_.empty();
   }
   FCL_FIBERS_TREE_EXPORT bool areNeighborsInFiber(SegmentId first, SegmentId last) const;
-  FCL_FIBERS_TREE_EXPORT bool areJoined(SegmentId first, SegmentId last) const;
   FCL_FIBERS_TREE_EXPORT void nameJointsByNumber();
   FCL_FIBERS_TREE_EXPORT void forgetLostJoints();
   JointGraph::Place placeAt(const FiberPoint& point) const {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <queue>
 #include <vector>
@@ -18,7 +19,7 @@ bool isBefore(const FiberPoint& p, const FiberPoint& q) {
 
 JointGraph::JointGraph(const NeighborRule& rule, const std::vector<Place>& joined,
                        SegmentId id_count)
-    : rule_(rule), places_(joined), near_(wordOf(id_count) + 1) {
+    : rule_(rule), places_(joined), near_(static_cast<std::size_t>(id_count), -1) {
   const auto precedes = [](const Place& p, const Place& q) { return isBefore(p.point, q.point); };
   std::sort(places_.begin(), places_.end(), precedes);
   const auto end = std::unique(places_.begin(), places_.end(),
@@ -45,11 +46,7 @@ JointGraph::JointGraph(const NeighborRule& rule, const std::vector<Place>& joine
     nodes_[i] = is_first ? node_count_++ : nodes_[at(nodes_[i])];
   }
 
-  fiber_begin_.assign(places_.empty() ? 1 : places_.back().point.fiber + std::size_t{2}, 0);
-  for (const Place& place : places_) ++fiber_begin_[place.point.fiber + std::size_t{1}];
-  std::partial_sum(fiber_begin_.begin(), fiber_begin_.end(), fiber_begin_.begin());
-
-  if (rule_.reach > 0) {
+  if (rule_.reach > 1) {
     by_number_.find(*this, rule_.reach - 1, [](const Place& p, const Place& q) {
       return static_cast<double>(q.point.number - p.point.number);
     });
@@ -106,8 +103,10 @@ void JointGraph::Distances::find(const JointGraph& graph, double limit, Distance
           reached.emplace(distance + way, static_cast<std::size_t>(graph.nodes_[place]));
         };
         const std::uint32_t fiber = places[i].point.fiber;
-        if (i > graph.fiber_begin_[fiber]) goTo(i - 1, distanceOf(places[i - 1], places[i]));
-        if (i + 1 < graph.fiber_begin_[fiber + std::size_t{1}]) {
+        if (i > 0 && places[i - 1].point.fiber == fiber) {
+          goTo(i - 1, distanceOf(places[i - 1], places[i]));
+        }
+        if (i + 1 < places.size() && places[i + 1].point.fiber == fiber) {
           goTo(i + 1, distanceOf(places[i], places[i + 1]));
         }
       }
@@ -131,45 +130,38 @@ bool JointGraph::Distances::areWithin(const Label* p, const Label* p_end, const 
 }
 
 bool JointGraph::Distances::areWithin(Node p, Node q, double most) const {
-  if (p == q) return true;
   const auto i = static_cast<std::size_t>(p), j = static_cast<std::size_t>(q);
   const Label* const labels = labels_.data();
   return areWithin(labels + begin_[i], labels + begin_[i + 1], labels + begin_[j],
                    labels + begin_[j + 1], most);
 }
 
-JointGraph::Exits JointGraph::exitsOf(const Segment& segment) const {
-  Exits result;
-  const auto [fiber, number] = segment.begin.point;
-  if (fiber + std::size_t{1} >= fiber_begin_.size()) return result;
-  const std::uint32_t begin = fiber_begin_[fiber], end = fiber_begin_[fiber + std::size_t{1}];
-  const auto after = static_cast<std::size_t>(
-      std::partition_point(places_.begin() + begin, places_.begin() + end,
-                           [n = number](const Place& p) { return p.point.number <= n; }) -
-      places_.begin());
-  if (after > begin) {
-    const Place& place = places_[after - 1];
-    result.exits[result.count++] = {nodes_[after - 1], number - place.point.number,
-                                    segment.begin.arc - place.arc};
-  }
-  if (after < end) {
-    const Place& place = places_[after];
-    result.exits[result.count++] = {nodes_[after], place.point.number - number - 1,
-                                    place.arc - segment.arc_end};
-  }
-  return result;
+void JointGraph::addNear(SegmentId id, const Place& from, const Place& to, const Place* before,
+                         const Place* after) {
+  std::int32_t& near = near_[static_cast<std::size_t>(id)];
+  if (near >= 0) return;
+  near = static_cast<std::int32_t>(exits_.size());
+  const auto exit = [&](const Place* place, const Place& first, const Place& last) {
+    // Half of the largest number, so that two ways may be added.
+    if (place == nullptr) return Exit{0, std::numeric_limits<SegmentId>::max() / 2, 0x1p1000};
+    return Exit{nodes_[static_cast<std::size_t>(place - places_.data())],
+                last.point.number - first.point.number, last.arc - first.arc};
+  };
+  exits_.push_back({exit(before, before != nullptr ? *before : from, from),
+                    exit(after, to, after != nullptr ? *after : to)});
 }
 
-bool JointGraph::areNeighbors(const Segment& a, const Segment& b) const {
-  const Exits from = exitsOf(a), to = exitsOf(b);
-  for (int i = 0; i < from.count; ++i) {
-    for (int k = 0; k < to.count; ++k) {
-      const Exit &p = from.exits[i], &q = to.exits[k];
-      const SegmentId segments = rule_.reach - 1 - p.segments - q.segments;
-      if (segments >= 0 && by_number_.areWithin(p.node, q.node, segments)) return true;
-      if (rule_.arc_length <= 0) continue;
-      const double length = rule_.arc_length - p.length - q.length;
-      if (length >= 0 && by_length_.areWithin(p.node, q.node, length)) return true;
+bool JointGraph::areNear(const Exits& a, const Exits& b) const {
+  for (const Exit& p : a) {
+    for (const Exit& q : b) {
+      const SegmentId segments = rule_.reach - 1 - (p.segments + q.segments);
+      const double length = rule_.arc_length - (p.length + q.length);
+      const bool count_by_number = segments >= 0;
+      const bool count_by_length = rule_.arc_length > 0 && length >= 0;
+      if (!count_by_number && !count_by_length) continue;
+      if (p.node == q.node) return true;
+      if (segments > 0 && by_number_.areWithin(p.node, q.node, segments)) return true;
+      if (count_by_length && by_length_.areWithin(p.node, q.node, length)) return true;
     }
   }
   return false;
@@ -177,8 +169,8 @@ bool JointGraph::areNeighbors(const Segment& a, const Segment& b) const {
 
 std::size_t JointGraph::memoryUsage() const {
   return sizeof(*this) + places_.capacity() * sizeof(Place) + nodes_.capacity() * sizeof(Node) +
-         fiber_begin_.capacity() * sizeof(std::uint32_t) + by_number_.memoryUsage() +
-         by_length_.memoryUsage() + near_.capacity() * sizeof(near_[0]);
+         near_.capacity() * sizeof(near_[0]) + exits_.capacity() * sizeof(Exits) +
+         by_number_.memoryUsage() + by_length_.memoryUsage();
 }
 
 }  // namespace fcl_fibers::fibers

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -35,10 +36,6 @@ class JointGraph {
     FiberPoint point;
     double arc;  ///< 0 if the rule has no arc length
   };
-  struct Segment {
-    Place begin;
-    double arc_end;
-  };
 
   /// @param joined    2 k and 2 k + 1 are one point
   /// @param id_count  of the table
@@ -48,20 +45,26 @@ class JointGraph {
   /// All joined points, in the order of fibers and along each, without repetition.
   const std::vector<Place>& places() const { return places_; }
 
-  /// Whether a joint is within the rule's reach along the segment's own fiber. Two segments that
-  /// are not both near one need not be asked about.
-  bool isNear(SegmentId id) const { return (near_[wordOf(id)] >> (id % 64) & 1) != 0; }
-  void markNear(SegmentId id) { near_[wordOf(id)] |= std::uint64_t{1} << (id % 64); }
+  /// Has areNeighbors() know a segment. It has to, if one of the places is within the rule's reach
+  /// along the fiber.
+  /// @param number  of the segment, from `from` to `to` along the fiber
+  /// @param before  the place before the segment; null if its fiber has none there
+  /// @param after   the place after it, as above
+  FCL_FIBERS_TREE_EXPORT void addNear(SegmentId id, const Place& from, const Place& to,
+                                      const Place* before, const Place* after);
 
   /// Whether the rule excludes the pair by a path that leaves the fiber of each.
-  FCL_FIBERS_TREE_EXPORT bool areNeighbors(const Segment& a, const Segment& b) const;
+  bool areNeighbors(SegmentId a, SegmentId b) const {
+    const std::int32_t p = near_[static_cast<std::size_t>(a)],
+                       q = near_[static_cast<std::size_t>(b)];
+    return p >= 0 && q >= 0 &&
+           areNear(exits_[static_cast<std::size_t>(p)], exits_[static_cast<std::size_t>(q)]);
+  }
 
   std::size_t memoryUsage() const;
 
  private:
   using Node = std::int32_t;  ///< all places that are one point
-
-  static std::size_t wordOf(SegmentId id) { return static_cast<std::size_t>(id) / 64; }
 
   /// A node that is next to a segment, and the way there from the segment's nearer end.
   struct Exit {
@@ -69,11 +72,8 @@ class JointGraph {
     SegmentId segments;
     double length;
   };
-  struct Exits {
-    Exit exits[2];
-    int count = 0;
-  };
-  Exits exitsOf(const Segment& segment) const;
+  using Exits = std::array<Exit, 2>;
+  FCL_FIBERS_TREE_EXPORT bool areNear(const Exits& a, const Exits& b) const;
 
   /// The distances of nodes, as far as the limit.
   class Distances {
@@ -100,11 +100,11 @@ class JointGraph {
 
   NeighborRule rule_;
   std::vector<Place> places_;
-  std::vector<Node> nodes_;                 ///< by place
-  std::vector<std::uint32_t> fiber_begin_;  ///< by fiber, and the end: its first place
+  std::vector<Node> nodes_;  ///< by place
   Node node_count_ = 0;
   Distances by_number_, by_length_;
-  std::vector<std::uint64_t> near_;  ///< bits by id
+  std::vector<std::int32_t> near_;  ///< by id: its place in exits_, or -1
+  std::vector<Exits> exits_;
 };
 
 }  // namespace fcl_fibers::fibers

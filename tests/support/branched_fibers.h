@@ -23,8 +23,8 @@ inline FiberPolylines branchedFibers(std::uint64_t seed, std::size_t fibers = 14
   Random random(seed);
   FiberPolylines scene;
   scene.radius = 0.05;
-  const auto near = [&](const Point& p) {
-    Point q;
+  const auto near = [&](const fcl_fibers::Point& p) {
+    fcl_fibers::Point q;
     for (std::size_t k = 0; k < 3; ++k) {
       q[k] = static_cast<double>(static_cast<float>(p[k] + random.between(-0.1, 0.1)));
     }
@@ -77,7 +77,7 @@ class BranchOracle {
     }
     for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
       for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
-        const Point &p = scene.points[i], &q = scene.points[i + 1];
+        const fcl_fibers::Point &p = scene.points[i], &q = scene.points[i + 1];
         const double length = std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
         ways_[node_[i]].push_back({node_[i + 1], length});
         ways_[node_[i + 1]].push_back({node_[i], length});
