@@ -19,7 +19,10 @@ bool isBefore(const FiberPoint& p, const FiberPoint& q) {
 
 JointGraph::JointGraph(const NeighborRule& rule, const std::vector<Place>& joined,
                        SegmentId id_count)
-    : rule_(rule), places_(joined), near_(static_cast<std::size_t>(id_count), -1) {
+    : rule_(rule),
+      places_(joined),
+      goes_beyond_(rule.reach > 1 || rule.arc_length > 0),
+      near_(static_cast<std::size_t>(id_count), -1) {
   const auto precedes = [](const Place& p, const Place& q) { return isBefore(p.point, q.point); };
   std::sort(places_.begin(), places_.end(), precedes);
   const auto end = std::unique(places_.begin(), places_.end(),
@@ -141,27 +144,29 @@ void JointGraph::addNear(SegmentId id, const Place& from, const Place& to, const
   std::int32_t& near = near_[static_cast<std::size_t>(id)];
   if (near >= 0) return;
   near = static_cast<std::int32_t>(exits_.size());
-  const auto exit = [&](const Place* place, const Place& first, const Place& last) {
-    // Half of the largest number, so that two ways may be added.
-    if (place == nullptr) return Exit{0, std::numeric_limits<SegmentId>::max() / 2, 0x1p1000};
-    return Exit{nodes_[static_cast<std::size_t>(place - places_.data())],
-                last.point.number - first.point.number, last.arc - first.arc};
+  // Where there is no place the way is half of the largest number, so that two may be added.
+  constexpr SegmentId kFar = std::numeric_limits<SegmentId>::max() / 2;
+  Exits exits{{0, 0}, {kFar, kFar}, {0x1p1000, 0x1p1000}};
+  const auto set = [&](int i, const Place& place, const Place& first, const Place& last) {
+    exits.node[i] = nodes_[static_cast<std::size_t>(&place - places_.data())];
+    exits.segments[i] = last.point.number - first.point.number;
+    exits.length[i] = last.arc - first.arc;
   };
-  exits_.push_back({exit(before, before != nullptr ? *before : from, from),
-                    exit(after, to, after != nullptr ? *after : to)});
+  if (before != nullptr) set(0, *before, *before, from);
+  if (after != nullptr) set(1, *after, to, *after);
+  exits_.push_back(exits);
 }
 
 bool JointGraph::areNear(const Exits& a, const Exits& b) const {
-  for (const Exit& p : a) {
-    for (const Exit& q : b) {
-      const SegmentId segments = rule_.reach - 1 - (p.segments + q.segments);
-      const double length = rule_.arc_length - (p.length + q.length);
-      const bool count_by_number = segments >= 0;
-      const bool count_by_length = rule_.arc_length > 0 && length >= 0;
-      if (!count_by_number && !count_by_length) continue;
-      if (p.node == q.node) return true;
-      if (segments > 0 && by_number_.areWithin(p.node, q.node, segments)) return true;
-      if (count_by_length && by_length_.areWithin(p.node, q.node, length)) return true;
+  for (const int i : {0, 1}) {
+    for (const int k : {0, 1}) {
+      const SegmentId segments = rule_.reach - 1 - (a.segments[i] + b.segments[k]);
+      if (segments > 0 && by_number_.areWithin(a.node[i], b.node[k], segments)) return true;
+      const double length = rule_.arc_length - (a.length[i] + b.length[k]);
+      if (rule_.arc_length > 0 && length >= 0 &&
+          by_length_.areWithin(a.node[i], b.node[k], length)) {
+        return true;
+      }
     }
   }
   return false;

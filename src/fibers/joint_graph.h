@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -57,8 +56,15 @@ class JointGraph {
   bool areNeighbors(SegmentId a, SegmentId b) const {
     const std::int32_t p = near_[static_cast<std::size_t>(a)],
                        q = near_[static_cast<std::size_t>(b)];
-    return p >= 0 && q >= 0 &&
-           areNear(exits_[static_cast<std::size_t>(p)], exits_[static_cast<std::size_t>(q)]);
+    if ((p | q) < 0) return false;
+    const Exits &x = exits_[static_cast<std::size_t>(p)], &y = exits_[static_cast<std::size_t>(q)];
+    bool share_point = false;
+    for (const std::size_t i : {0, 1}) {
+      for (const std::size_t k : {0, 1}) {
+        share_point |= (x.node[i] == y.node[k]) & (x.segments[i] + y.segments[k] < rule_.reach);
+      }
+    }
+    return share_point || (goes_beyond_ && areNear(x, y));
   }
 
   std::size_t memoryUsage() const;
@@ -66,13 +72,12 @@ class JointGraph {
  private:
   using Node = std::int32_t;  ///< all places that are one point
 
-  /// A node that is next to a segment, and the way there from the segment's nearer end.
-  struct Exit {
-    Node node;
-    SegmentId segments;
-    double length;
+  /// The nodes before and after a segment, and the ways there from its ends.
+  struct Exits {
+    Node node[2];
+    SegmentId segments[2];
+    double length[2];
   };
-  using Exits = std::array<Exit, 2>;
   FCL_FIBERS_TREE_EXPORT bool areNear(const Exits& a, const Exits& b) const;
 
   /// The distances of nodes, as far as the limit.
@@ -102,6 +107,7 @@ class JointGraph {
   std::vector<Place> places_;
   std::vector<Node> nodes_;  ///< by place
   Node node_count_ = 0;
+  bool goes_beyond_;  ///< whether segments may be neighbours that are next to no common node
   Distances by_number_, by_length_;
   std::vector<std::int32_t> near_;  ///< by id: its place in exits_, or -1
   std::vector<Exits> exits_;
