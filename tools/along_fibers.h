@@ -4,6 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <queue>
+#include <set>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <fcl_fibers/fiber_polylines.h>
@@ -26,12 +33,57 @@ class AlongFibers {
  public:
   explicit AlongFibers(const FiberPolylines& scene)
       : scene_(scene), from_start_(scene.points.size()) {
+    const auto join = [&](const std::vector<std::int32_t>& places, std::size_t f, std::size_t end) {
+      if (places.empty() || places[f] < 0) return;
+      joints_.emplace_back(end, places[f]);
+      joints_.emplace_back(places[f], end);
+    };
     for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
       for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
         const Point &p = scene.points[i - 1], &q = scene.points[i];
         from_start_[i] = from_start_[i - 1] + std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
       }
+      if (scene.segmentCount(f) == 0) continue;
+      join(scene.starts_at, f, scene.point_begin[f]);
+      join(scene.ends_at, f, scene.point_begin[f + 1] - 1);
     }
+    std::sort(joints_.begin(), joints_.end());
+  }
+
+  /// Returns whether fibers start or end at others.
+  bool hasBranches() const { return !joints_.empty(); }
+
+  /// How near two segments are along fibers that start or end at each other, by the shortest way
+  /// that is no longer than `most_length` or of no more segments than `most_apart`, if there is
+  /// one.
+  std::optional<NearAlong> nearAcross(SegmentPair pair, double most_length,
+                                      std::size_t most_apart) const {
+    using Way = std::tuple<double, std::size_t, std::size_t>;  // its length, segments, and its end
+    std::priority_queue<Way, std::vector<Way>, std::greater<>> ways;
+    std::set<std::size_t> been;
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    ways.emplace(0, 1, a);
+    ways.emplace(0, 1, a + 1);
+    while (!ways.empty()) {
+      const auto [length, numbers, point] = ways.top();
+      ways.pop();
+      if (length > most_length && numbers > most_apart) continue;
+      if (point == b || point == b + 1) return NearAlong{numbers, length};
+      if (!been.insert(point).second) continue;
+      const auto [first, last] =
+          std::equal_range(joints_.begin(), joints_.end(), Joint(point, 0),
+                           [](const Joint& p, const Joint& q) { return p.first < q.first; });
+      for (auto joint = first; joint != last; ++joint) ways.emplace(length, numbers, joint->second);
+      const auto next =
+          std::upper_bound(scene_.point_begin.begin(), scene_.point_begin.end(), point);
+      if (point + 1 < *next) {
+        ways.emplace(length + from_start_[point + 1] - from_start_[point], numbers + 1, point + 1);
+      }
+      if (point > *(next - 1)) {
+        ways.emplace(length + from_start_[point] - from_start_[point - 1], numbers + 1, point - 1);
+      }
+    }
+    return std::nullopt;
   }
 
   /// How near two segments of a fiber are along it.
@@ -52,7 +104,10 @@ class AlongFibers {
   }
 
  private:
+  using Joint = std::pair<std::size_t, std::size_t>;
+
   const FiberPolylines& scene_;
+  std::vector<Joint> joints_;       ///< points of two fibers that are one, both ways, ascending
   std::vector<double> from_start_;  ///< by point
 };
 

@@ -83,7 +83,10 @@ class FrameChecker {
       progress("reading " + name.text);
       const SceneSource source = name.open();
       const bool one_source = request_.scenes.size() == 1;
-      if (frames_ == 0) begin(!one_source || source.asked.size() > 1);
+      if (frames_ == 0) {
+        samples_ = source.has_samples || (other_ && !other_->samples.empty());
+        begin(!one_source || source.asked.size() > 1);
+      }
       for (const int frame : source.asked) {
         progress("looking for contacts in " + source.title +
                  (several_ ? fmt::format(", frame {}", frame) : ""));
@@ -120,7 +123,7 @@ class FrameChecker {
           "`frames`, "
           "or --csv or --json");
     }
-    if (request_.output == Output::kCsv) writeCsvHead(request_, several, stream_);
+    if (request_.output == Output::kCsv) writeCsvHead(request_, several, samples_, stream_);
     if (request_.output == Output::kText && several) {
       stream_.write(fmt::format("{:>6} {:>12} {:>12} {:>10}  {}\n", "frame", "pairs", "distance",
                                 "seconds", "scene"));
@@ -152,13 +155,15 @@ class FrameChecker {
     std::vector<std::int32_t> roots = request_.meshes.roots(scene);
     if (!roots.empty()) arrays.root_segments = roots.data();
     if (frames_ > 0 && scene.point_begin == point_begin_ && scene.closed == closed_ &&
-        roots == roots_) {
+        scene.starts_at == starts_at_ && scene.ends_at == ends_at_ && roots == roots_) {
       tree_.update(arrays);
     } else {
       tree_.build(arrays);
       roots_ = std::move(roots);
       point_begin_ = scene.point_begin;
       closed_ = scene.closed;
+      starts_at_ = scene.starts_at;
+      ends_at_ = scene.ends_at;
     }
   }
 
@@ -167,7 +172,8 @@ class FrameChecker {
     if (request_.output == Output::kText && !listed.top) listed.top = kFew;
     CheckedFrame frame = {listed,  source.title, std::nullopt,
                           scene,   other_title_, other_ ? &*other_ : nullptr,
-                          meshes_, FoundPairs{}, 0};
+                          meshes_, FoundPairs{}, 0,
+                          samples_};
     if (several_) frame.number = number;
     if (frames_ == 0) warnOfMeshSize(scene, meshes_, request_.tree.margin, source.name);
     frame.seconds = seconds([&] {
@@ -205,11 +211,11 @@ class FrameChecker {
   std::string other_title_;
   std::optional<FiberPolylines> other_;
   std::optional<FiberTree> other_tree_;
-  bool several_ = false, found_ = false, has_warned_ = false;
+  bool several_ = false, samples_ = false, found_ = false, has_warned_ = false;
   int frames_ = 0;  ///< that are done
   std::vector<std::size_t> point_begin_;
   std::vector<std::uint8_t> closed_;
-  std::vector<std::int32_t> roots_;
+  std::vector<std::int32_t> starts_at_, ends_at_, roots_;
 };
 
 }  // namespace

@@ -114,7 +114,7 @@ void writeJson(const Request& request, const StepScene& step, const StepImpacts&
   const std::size_t rows = rowCount(request, found);
   const char* between = "\n  ";
   for (std::size_t i = 0; i < rows; ++i) {
-    ordered_json item = contactJson(contactOf(step, found.impacts[i]));
+    ordered_json item = contactJson(contactOf(step, found.impacts[i]), step.start, step.start);
     item["time"] = found.impacts[i].time;
     stream.write(between + item.dump());
     between = ",\n  ";

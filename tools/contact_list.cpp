@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -82,10 +83,10 @@ std::string PairsAlong::text() const {
       half_circle_ > 0 ? fmt::format("--ignored-arc-length {}, or ", is_shorter ? shorter : longer)
                        : "";
   return fmt::format(
-      "{} of the pairs {} near along one fiber, which is thick beside its segments; {}{}, leaves "
-      "{} out",
-      countText(count_), count_ == 1 ? "is" : "are", by_length, by_number,
-      count_ == 1 ? "it" : "them");
+      "{} of the pairs {} near along {} thick beside its segments; {}{}, leaves {} out",
+      countText(count_), count_ == 1 ? "is" : "are",
+      branches ? "a fiber or across a branch, which is" : "one fiber, which is", by_length,
+      by_number, count_ == 1 ? "it" : "them");
 }
 
 void ContactList::countDepth(const FoundContact& contact, double radii, bool is_along) {
@@ -132,20 +133,26 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
   for (const FoundPair& pair : frame.found.pairs) {
     const FoundContact contact = frame.contact(pair);
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    double radii = frame.scene.radiusAt(a);
+    double radii = frame.scene.radiusAt(a), radii_there = frame.scene.radiusAt(a, contact.s);
     bool is_along = false;
     if (pair.mesh != kNoMesh) {
       meshes[static_cast<std::size_t>(pair.mesh)].add(contact);
     } else {
       segments[b] = fibers[contact.b.fiber] = 1;
       radii += other.radiusAt(b);
+      radii_there += other.radiusAt(b, contact.t);
+      std::optional<NearAlong> near;
       if (frame.other == nullptr && contact.a.fiber == contact.b.fiber) {
-        is_along = along.add(along_fibers.near(contact.a.fiber, {pair.a, pair.b}), radii);
+        near = along_fibers.near(contact.a.fiber, contact.pair);
+      } else if (frame.other == nullptr && along_fibers.hasBranches()) {
+        near = along_fibers.nearAcross(contact.pair, kPi / 2 * radii, 0);
+        along.branches = along.branches || near;
       }
+      is_along = near && along.add(*near, radii);
     }
     least_distance = std::min(least_distance, contact.distance);
     if (!is_along) least_of_others = std::min(least_of_others, contact.distance);
-    countDepth(contact, radii, is_along);
+    countDepth(contact, radii_there, is_along);
     const ListRow row = {contact.distance, pair, 1, is_along};
     if (!frame.request.summary) {
       add(row);
@@ -166,7 +173,7 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
   other_fibers = countOnes(fibers);
 }
 
-void writeCsvHead(const Request& request, bool several, AnswerStream& stream) {
+void writeCsvHead(const Request& request, bool several, bool samples, AnswerStream& stream) {
   stream.write(several ? "frame," : "");
   stream.write(request.summary ? "contacts," : "");
   stream.write(
@@ -175,8 +182,19 @@ void writeCsvHead(const Request& request, bool several, AnswerStream& stream) {
   if (!request.meshes.paths.empty()) {
     stream.write(",mesh,triangle,weight_0,weight_1,weight_2,solid");
   }
-  stream.write("\n");
+  stream.write(samples ? ",sample_a,type_a,sample_b,type_b\n" : "\n");
 }
+
+namespace {
+
+/// Of a pair by side; none of a mesh.
+std::array<std::optional<Sample>, 2> samplesOf(const CheckedFrame& frame, const FoundPair& pair) {
+  const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
+  return {sampleOf(frame.scene, pair.a),
+          pair.mesh == kNoMesh ? sampleOf(other, pair.b) : std::nullopt};
+}
+
+}  // namespace
 
 void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
   for (const ListRow& row : list.rows) {
@@ -195,6 +213,11 @@ void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& 
                                c.weights[1], c.weights[2], c.solid));
     } else if (!frame.meshes.empty()) {
       stream.write(",,,,,,");
+    }
+    if (frame.samples) {
+      for (const auto& sample : samplesOf(frame, row.pair)) {
+        stream.write(sample ? fmt::format(",{},{}", sample->number, sample->type) : ",,");
+      }
     }
     stream.write("\n");
   }
@@ -259,7 +282,9 @@ void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json 
     const FoundContact c = frame.contact(row.pair);
     ordered_json item;
     if (frame.request.summary) item["contacts"] = row.contacts;
-    item.update(c.mesh == kNoMesh ? contactJson(c) : meshContactJson(c));
+    const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
+    item.update(c.mesh == kNoMesh ? contactJson(c, frame.scene, other)
+                                  : meshContactJson(c, frame.scene));
     stream.write(between + item.dump());
     between = ",\n  ";
   }
@@ -339,6 +364,9 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
       fmt::format("\n{:>8} {:>8}   {:>{}} {:>8}", "fiber", "number", fiber, width, "number"));
   if (request.summary) stream.write(fmt::format(" {:>8}", "contacts"));
   stream.write(fmt::format(" {:>12}", "distance"));
+  for (int side = 0; frame.samples && side < 2; ++side) {
+    stream.write(fmt::format(" {:>8} {:>6}", "sample", "type"));
+  }
   if (request.summary) stream.write(fmt::format(" {:>10} {:>10} {:>10}", "x", "y", "z"));
   stream.write("\n");
   for (const ListRow& row : list.rows) {
@@ -352,6 +380,12 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
         fmt::format("{:>8} {:>8}   {:>{}} {:>8}", c.a.fiber, c.a.number, with, width, number));
     if (request.summary) stream.write(fmt::format(" {:>8}", countText(row.contacts)));
     stream.write(fmt::format(" {:>12.4g}", c.distance));
+    if (frame.samples) {
+      for (const auto& sample : samplesOf(frame, row.pair)) {
+        stream.write(sample ? fmt::format(" {:>8} {:>6}", sample->number, sample->type)
+                            : fmt::format(" {:>8} {:>6}", "-", "-"));
+      }
+    }
     if (request.summary) {
       const auto& [x, y, z] = c.point_a;
       stream.write(fmt::format(" {:>10.4g} {:>10.4g} {:>10.4g}", x, y, z));

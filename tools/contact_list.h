@@ -29,7 +29,8 @@ struct CheckedFrame {
   const FiberPolylines* other;  ///< likewise, or null
   const std::vector<MeshFile>& meshes;
   FoundPairs found;
-  double seconds = 0;  ///< that build or update and search took
+  double seconds = 0;    ///< that build or update and search took
+  bool samples = false;  ///< see writeCsvHead()
 
   std::size_t count() const { return found.pairs.size(); }
   FoundContact contact(const FoundPair& pair) const {
@@ -42,16 +43,19 @@ struct ListRow {
   double distance;
   FoundPair pair;
   std::uint32_t contacts;
-  bool along;  ///< the pair is of one fiber, and touches because the fiber is thick, see PairsAlong
+  bool along;  ///< the pair touches because the fiber between them is thick, see PairsAlong
 };
 
-/// Pairs of one fiber whose part between them is so short that it cannot turn back: at most half a
-/// circle whose diameter is the sum of the radii. An option leaves them out.
+/// Pairs of one fiber, or of fibers that branch from each other, whose part between them is so
+/// short that it cannot turn back: at most half a circle whose diameter is the sum of the radii. An
+/// option leaves them out.
 class PairsAlong {
  public:
   /// Returns whether a pair of one fiber is one of these.
   /// @param radii  the sum of both
   bool add(const NearAlong& pair, double radii);
+
+  bool branches = false;  ///< pairs of two fibers are among them
 
   std::size_t count() const { return count_; }
 
@@ -99,7 +103,8 @@ struct ContactList {
 };
 
 /// Beginning, rows and end of a list of contacts.
-void writeCsvHead(const Request& request, bool several, AnswerStream& stream);
+/// @param samples  whether rows tell samples, see sampleOf()
+void writeCsvHead(const Request& request, bool several, bool samples, AnswerStream& stream);
 void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream);
 
 /// The frame as a JSON object that begins with `head`.

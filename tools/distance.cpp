@@ -53,7 +53,8 @@ int distance(const Request& request) {
     json["ignored_neighbors"] = request.tree.ignored_neighbors;
     json["ignored_arc_length"] = request.tree.ignored_arc_length;
     json["seconds"] = seconds;
-    json["nearest"] = nearest ? contactJson(*nearest) : nlohmann::ordered_json();
+    json["nearest"] =
+        nearest ? contactJson(*nearest, scene, other ? *other : scene) : nlohmann::ordered_json();
     print(json.dump(2) + "\n");
     return 0;
   }

@@ -48,7 +48,7 @@ struct Steps {
 
 std::string pointsText(const FiberPolylines& scene, const Thinning& thinning, const Steps& steps);
 
-/// The radius of all points, or one for each point if they differ.
+/// The radius of all points, or `radii` of each point.
 std::string radiiText(const FiberPolylines& scene, const Thinning& thinning);
 
 /// One bit for each point, least significant first: whether the line drawn from it touches.

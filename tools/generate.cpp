@@ -56,8 +56,13 @@ void write(const SceneSource& source, const std::string& path) {
                    (scene.radii.empty() ? fmt::format("read it with --radius {}", scene.radius)
                                         : "those of this scene differ and are lost"));
   }
+  const bool branches = !scene.starts_at.empty() || !scene.ends_at.empty();
+  if (ending != ".vtp" && (branches || !scene.samples.empty())) {
+    warn(path, std::string(ending == ".txt" ? "text" : ".hair") +
+                   " has no place for branches, samples and types; write .vtp to keep them");
+  }
   if (!source.passed_over.empty()) {
-    warn(source.name, fmt::format("only points, radii and closed curves are kept, and not: {}",
+    warn(source.name, fmt::format("points, radii, closed curves and branches are kept, and not: {}",
                                   fmt::join(source.passed_over, ", ")));
   }
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -36,6 +37,9 @@ struct Facts {
   std::vector<double> segment_lengths, radii;  ///< by segment
   std::size_t fewest_segments = 0, most_segments = 0;
   std::size_t without_segment = 0, closed = 0;  ///< fibers
+  std::size_t start_at_others = 0, end_at_others = 0;
+  std::size_t tapering = 0;  ///< segments
+  double largest_ratio = 1;  ///< of the radii at the ends of a segment, neither of which is 0
   Bounds bounds;
 
   explicit Facts(const FiberPolylines& scene) {
@@ -49,6 +53,9 @@ struct Facts {
         const Point &p = scene.points[i], &q = scene.points[i + 1];
         segment_lengths.push_back(std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
         radii.push_back(scene.radiusAt(i));
+        const double least = std::min(scene.radiusAt(i, 0), scene.radiusAt(i, 1));
+        tapering += least < radii.back() ? 1 : 0;
+        if (least > 0) largest_ratio = std::max(largest_ratio, radii.back() / least);
         length += segment_lengths.back();
       }
       fiber_lengths.push_back(length);
@@ -56,6 +63,11 @@ struct Facts {
       most_segments = std::max(most_segments, scene.segmentCount(f));
       without_segment += scene.segmentCount(f) == 0 ? 1 : 0;
       closed += scene.isClosed(f) ? 1 : 0;
+      const auto names = [&](const std::vector<std::int32_t>& places) {
+        return !places.empty() && places[f] >= 0;
+      };
+      start_at_others += names(scene.starts_at) ? 1 : 0;
+      end_at_others += names(scene.ends_at) ? 1 : 0;
     }
   }
 };
@@ -102,9 +114,10 @@ std::vector<std::string> warnings(const SceneSource& source, const FiberPolyline
     if (begin < scene.point_begin[f + 1]) roots.push_back(scene.points[begin]);
   }
   std::sort(roots.begin(), roots.end());
-  if (!source.branches) {
+  if (scene.starts_at.empty()) {
     warn(roots.end() - std::unique(roots.begin(), roots.end()),
-         "fibers that begin where another one does, which may be copies: {}");
+         "fibers that begin at the same place as another one, and so touch it there, because the "
+         "file tells no branches: {}");
   }
   double size = 0, far = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -156,6 +169,10 @@ int info(const Request& request) {
         {"points", scene.points.size()},
         {"segments_per_fiber", {{"min", facts.fewest_segments}, {"max", facts.most_segments}}},
         {"closed_fibers", facts.closed},
+        {"branches",
+         {{"fibers_that_start_at_others", facts.start_at_others},
+          {"fibers_that_end_at_others", facts.end_at_others}}},
+        {"tapers", {{"segments", facts.tapering}, {"largest_ratio", facts.largest_ratio}}},
         {"radius", source.has_radius ? spread(radii) : nlohmann::ordered_json()},
         {"contact_radius",
          nearest ? nlohmann::ordered_json(nearest->distance / 2) : nlohmann::ordered_json()},
@@ -184,9 +201,23 @@ int info(const Request& request) {
   line("fibers", countText(scene.fiberCount()));
   line("segments", fmt::format("{}, {}", countText(scene.segmentCount()), per_fiber));
   if (facts.closed > 0) line("closed", countText(facts.closed));
+  if (facts.start_at_others + facts.end_at_others > 0) {
+    const auto text = [](std::size_t count, const char* verb) {
+      return fmt::format("{} {}{} at another one", counted(count, "fiber"), verb,
+                         count == 1 ? "s" : "");
+    };
+    const std::size_t starts = facts.start_at_others, ends = facts.end_at_others;
+    line("branches", (starts > 0 ? text(starts, "start") : "") +
+                         (starts > 0 && ends > 0 ? ", " : "") +
+                         (ends > 0 ? text(ends, "end") : ""));
+  }
   line("radius", !source.has_radius             ? "none"
                  : radii.least == radii.largest ? fmt::format("{:.4g}", radii.least)
                                                 : spread(radii));
+  if (facts.tapering > 0) {
+    line("tapers", fmt::format("{}, by up to {:.4g} to 1", counted(facts.tapering, "segment"),
+                               facts.largest_ratio));
+  }
   if (nearest) {
     line("contact", fmt::format("begins at radius {:.4g}", nearest->distance / 2));
   }

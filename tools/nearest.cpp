@@ -194,6 +194,16 @@ class Search {
            most.length_between <= std::max(half_circle, neighbors_.ignored_arc_length);
   }
 
+  /// Whether two segments do not count, because of how near they are across a branch.
+  bool isAcross(SegmentPair pair, double axes) const {
+    if (!is_self_ || !along_.hasBranches()) return false;
+    const double half_circle = std::acos(-1.0) / 2 * axes;
+    return along_
+        .nearAcross(pair, std::max(half_circle, neighbors_.ignored_arc_length),
+                    static_cast<std::size_t>(neighbors_.ignored_neighbors))
+        .has_value();
+  }
+
   void measure(const Node& a, const Node& b) {
     for (std::size_t i = a.segments.first; i <= a.segments.last; ++i) {
       for (std::size_t j = &a == &b ? i + 1 : b.segments.first; j <= b.segments.last; ++j) {
@@ -207,10 +217,13 @@ class Search {
     if (is_self_ && pair.a > pair.b) std::swap(pair.a, pair.b);
     // Of axes, as a depth does not tell how far they are apart.
     const double axes = capsuleContact(axesOf(scene_), axesOf(other_), pair).distance;
-    const double distance = axes - scene_.radiusAt(i) - other_.radiusAt(j);
+    const bool tapers = scene_.hasRadiiOfPoints() || other_.hasRadiiOfPoints();
+    const double distance =
+        tapers ? capsuleContact(fiberArrays(scene_), fiberArrays(other_), pair).distance
+               : axes - scene_.radiusAt(i) - other_.radiusAt(j);
     if (distance >= least_) return;
     const Node a{{}, {}, 0, fiber_a, {i, i}}, b{{}, {}, 0, fiber_b, {j, j}};
-    if (leavesOut(a, b, axes)) return;
+    if (leavesOut(a, b, axes) || isAcross(pair, axes)) return;
     least_ = distance;
     nearest_ = pair;
   }

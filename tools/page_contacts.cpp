@@ -45,14 +45,15 @@ PageContacts findPageContacts(const PairSearch& search, std::size_t most_markers
   };
   FirstOf<DeepPair> pairs(most_markers, isDeeper), mesh_pairs(most_markers, isDeeper);
   for (const FoundPair& pair : all.pairs) {
-    const double depth = std::max(-contactIn(pair).distance, 0.0);
+    const FoundContact contact = contactIn(pair);
+    const double depth = std::max(-contact.distance, 0.0);
     if (pair.mesh != kNoMesh) {
       ++found.mesh_count;
       mesh_pairs.add({pair, depth});
     } else {
       ++found.count;
-      const double radii = search.scene.radiusAt(static_cast<std::size_t>(pair.a)) +
-                           search.scene.radiusAt(static_cast<std::size_t>(pair.b));
+      const double radii = search.scene.radiusAt(static_cast<std::size_t>(pair.a), contact.s) +
+                           search.scene.radiusAt(static_cast<std::size_t>(pair.b), contact.t);
       pairs.add({pair, radii > 0 ? depth / radii : 0});
     }
   }

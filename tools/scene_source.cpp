@@ -20,11 +20,14 @@ namespace {
   throw std::invalid_argument("'" + text + "': " + why);
 }
 
-/// Rotates each fiber about its root, around the x axis.
+/// Rotates each fiber about its root, around the x axis; or all about that of the first, if fibers
+/// branch, so that they still meet.
 FiberPolylines swing(FiberPolylines scene, double angle) {
+  const bool is_whole = !scene.starts_at.empty() || !scene.ends_at.empty();
+  const Point of_all = scene.points.empty() ? Point{} : scene.points.front();
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     if (scene.segmentCount(f) == 0) continue;
-    const Point root = scene.points[scene.point_begin[f]];
+    const Point root = is_whole ? of_all : scene.points[scene.point_begin[f]];
     for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
       Point& point = scene.points[i];
       const double y = point[1] - root[1];
@@ -76,7 +79,7 @@ SceneSource readFile(const std::string& path, const io::FiberFileOptions& option
   progress("reading " + path);
   io::FiberFile read = is_input ? readStandardInput(options) : io::readFibers(path, options);
   source.has_radius = read.has_radius;
-  source.branches = read.format == io::FiberFormat::kSwc;
+  source.has_samples = !read.fibers.samples.empty();
   source.problem = problemOf(read.fibers);
   for (const std::string& warning : read.warnings) {
     source.warnings.push_back(asOnTheCommandLine(warning));

@@ -23,7 +23,7 @@ struct SceneSource {
   std::string title;  ///< as it was asked for
   bool is_file = false;
   bool has_radius = true;             ///< false if the file holds none and none was given
-  bool branches = false;              ///< its fibers begin at each other, as those of a neuron
+  bool has_samples = false;           ///< see FiberPolylines::samples
   std::string problem;                ///< why no command but `convert` takes the fibers, or empty
   std::vector<std::string> warnings;  ///< of the file
   std::vector<std::string> passed_over;  ///< see io::FiberFile

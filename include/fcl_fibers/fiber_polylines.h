@@ -45,13 +45,6 @@ struct FiberPolylines {
   /// is closed.
   std::vector<std::uint8_t> closed;
 
-  /// One number per point: the radius there, where a file tells it and it differs from that of a
-  /// neighbor along a fiber. A segment then has the larger radius of its two ends. Empty for other
-  /// scenes. Queries take `radius` and `radii` alone. What writes files takes the radii of points
-  /// from here, if `radius` and `radii` are still those of these points, so that a narrow place of
-  /// one point is not lost. Finite, not negative.
-  std::vector<double> point_radii;
-
   /// One number per fiber: the point of another fiber that its first point repeats, or -1 for none;
   /// see FiberArrays::starts_at. If this is empty, no fiber starts at another one.
   std::vector<std::int32_t> starts_at;
@@ -59,6 +52,11 @@ struct FiberPolylines {
   /// One number per fiber: the point of a fiber that its last point repeats, or -1 for none. If
   /// this is empty, no fiber ends at another one.
   std::vector<std::int32_t> ends_at;
+
+  /// One number per point: the sample of an .swc file that it is, and the type of that, such as 3
+  /// for a dendrite. A segment is the piece between the sample of its second point and the parent
+  /// of that. Queries do not read them. Both are empty if the file has none.
+  std::vector<std::int64_t> samples, types;
 
   /// Number of fibers, including those without segments.
   std::size_t fiberCount() const { return point_begin.size() - 1; }
@@ -79,12 +77,23 @@ struct FiberPolylines {
   /// Returns whether a fiber is a closed curve.
   bool isClosed(std::size_t fiber) const { return !closed.empty() && closed[fiber] != 0; }
 
+  /// Returns whether `radii` are those of points, so that segments may taper.
+  bool hasRadiiOfPoints() const {
+    return !radii.empty() && radii_are == FiberArrays<double>::Radii::kPerPoint;
+  }
+
   /// Returns the radius of the segment that starts at a point, or the larger one of its two ends if
   /// they differ.
   double radiusAt(std::size_t point) const {
-    if (radii.empty()) return radius;
-    const bool tapers = radii_are == FiberArrays<double>::Radii::kPerPoint;
-    return tapers ? std::max(radii[point], radii[point + 1]) : radii[point];
+    if (hasRadiiOfPoints()) return std::max(radii[point], radii[point + 1]);
+    return radii.empty() ? radius : radii[point];
+  }
+
+  /// Returns the radius of the segment that starts at a point, at s in [0, 1] from its first end to
+  /// its second, such as Contact::s.
+  double radiusAt(std::size_t point, double s) const {
+    if (!hasRadiiOfPoints()) return radiusAt(point);
+    return radii[point] + s * (radii[point + 1] - radii[point]);
   }
 };
 

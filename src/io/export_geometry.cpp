@@ -97,6 +97,11 @@ std::string radiusData(const FiberPolylines& scene) {
   return dataArray<double>("radius", pointRadii(scene));
 }
 
+template <typename Number>
+std::string dataIfAny(const char* name, const std::vector<Number>& numbers) {
+  return numbers.empty() ? std::string() : dataArray<Number>(name, numbers);
+}
+
 Mesh unitBox() {
   Mesh mesh{kFaces};
   for (int corner = 0; corner < 8; ++corner) {
@@ -183,9 +188,12 @@ void exportFibers(const std::string& path, const FiberPolylines& scene) {
   mesh.corners_end.assign(scene.point_begin.begin() + 1, scene.point_begin.end());
   std::vector<std::size_t> fibers(scene.fiberCount());
   std::iota(fibers.begin(), fibers.end(), std::size_t{0});
-  mesh.cell_data = dataArray<std::int32_t>("fiber", fibers);
+  mesh.cell_data = dataArray<std::int32_t>("fiber", fibers) +
+                   dataIfAny(vtp::kStartsAt, scene.starts_at) +
+                   dataIfAny(vtp::kEndsAt, scene.ends_at);
   // As in .hair, no thickness stands for an unknown one.
   if (!scene.radii.empty() || scene.radius > 0) mesh.point_data = radiusData(scene);
+  mesh.point_data += dataIfAny(vtp::kSample, scene.samples) + dataIfAny(vtp::kType, scene.types);
   write("exportFibers", path, mesh);
 }
 

@@ -202,14 +202,10 @@ FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberForm
   if (options.radius) {
     scene.radius = *options.radius;
     std::vector<double>().swap(scene.radii);
-    std::vector<double>().swap(scene.point_radii);
   }
   const bool has_radius = options.radius.has_value() || hasRadius(scene);
   if (parsed.holds_radii && !has_radius) {
     parsed.warnings.push_back("All radii are 0, which stands for none.");
-  }
-  if (!scene.point_radii.empty()) {
-    parsed.warnings.push_back("Radii differ; a segment has the larger radius of its two ends.");
   }
   if (parsed.is_float) warnOfCoarseCoordinates(scene, parsed.warnings);
   return {format, std::move(scene), has_radius, std::move(parsed.warnings),

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,7 +11,6 @@
 #include <fcl_fibers/io/fiber_file.h>
 
 #include "io/byte_reader.h"
-#include "io/point_radii.h"
 
 namespace fcl_fibers::io {
 
@@ -37,9 +38,15 @@ struct ParsedFibers {
     warnings.push_back(joinedText(parts...));
   }
 
+  /// @param radii  by point
   void setRadii(std::vector<double> radii) {
-    setPointRadii(fibers, std::move(radii));
     holds_radii = true;
+    if (std::adjacent_find(radii.begin(), radii.end(), std::not_equal_to<>()) != radii.end()) {
+      fibers.radii = std::move(radii);
+      fibers.radii_are = FiberArrays<double>::Radii::kPerPoint;
+    } else if (!radii.empty()) {
+      fibers.radius = radii.front();
+    }
   }
 
   /// Warns if bytes are left over, because the counts may be wrong.

@@ -11,6 +11,7 @@
 #include "bytes.h"
 #include "io/file_bytes.h"
 #include "io/formats.h"
+#include "io/point_radii.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -133,7 +134,7 @@ ParsedFibers parseHair(ByteReader& file, const FiberFileOptions&) {
 
 void writeHair(const std::string& path, const FiberPolylines& scene) {
   requireHair(scene);
-  const bool by_point = !scene.radii.empty() || hasPointRadii(scene);
+  const bool by_point = !scene.radii.empty();
   std::string bytes = "HAIR";
   appendLittleEndian(bytes, static_cast<std::uint32_t>(scene.fiberCount()));
   appendLittleEndian(bytes, static_cast<std::uint32_t>(scene.points.size()));

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -23,6 +24,7 @@ struct Node {
   Point point;
   double radius;
   std::int64_t id;
+  std::int64_t type;
   std::int64_t parent;  ///< its id, and then its index; -1 for a root
   std::size_t children = 0;
 
@@ -75,7 +77,7 @@ Node readNode(const ByteReader& file, std::string_view line) {
   Node node;
   node.id = wholeNumber(file, column());
   if (node.id < 0) file.refuse(at, "the id is ", node.id);
-  wholeNumber(file, column());  // The type is checked, because it tells what a column is.
+  node.type = wholeNumber(file, column());
   for (double& c : node.point) c = file.parse<double>(column());
   node.radius = file.parse<double>(column());
   if (node.radius < 0) file.refuse(at, "the radius is ", node.radius);
@@ -151,21 +153,33 @@ std::vector<Node> readNodes(ByteReader& file) {
 ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
   startText(file);
   const std::vector<Node> nodes = readNodes(file);
-  std::size_t fiber_count = 0, point_count = 0, branches = 0;
+  std::size_t fiber_count = 0, point_count = 0;
   for (const Node& node : nodes) {
     fiber_count += node.endsFiber() ? 1 : 0;
     point_count += (!node.isRoot() || node.endsFiber() ? 1 : 0) + (node.endsFiber() ? 1 : 0);
-    branches += node.children > 1 ? 1 : 0;
+  }
+  if (point_count > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max())) {
+    file.refuse(0, "there are ", point_count, " points; at most 2^31 - 1 are supported");
   }
   ParsedFibers parsed;
   parsed.reserve(point_count, fiber_count);
   std::vector<Point>& points = parsed.fibers.points;
+  std::vector<std::int64_t>&samples = parsed.fibers.samples, &types = parsed.fibers.types;
+  std::vector<std::int32_t>& starts_at = parsed.fibers.starts_at;
   std::vector<double> radii;
   radii.reserve(point_count);
+  samples.reserve(point_count);
+  types.reserve(point_count);
+  starts_at.reserve(fiber_count);
   const auto add = [&](const Node& node) {
     points.push_back(node.point);
     radii.push_back(node.radius);
+    samples.push_back(node.id);
+    types.push_back(node.type);
   };
+  // By node at which fibers start: the last point of the fiber that ends there, or of a root the
+  // first point of its first fiber.
+  std::vector<std::int32_t> place(nodes.size(), -1);
   for (const Node& end : nodes) {
     if (!end.endsFiber()) continue;
     const auto begin = static_cast<std::ptrdiff_t>(points.size());
@@ -177,13 +191,25 @@ ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
     } while (!node->isEnd());
     std::reverse(points.begin() + begin, points.end());
     std::reverse(radii.begin() + begin, radii.end());
+    std::reverse(samples.begin() + begin, samples.end());
+    std::reverse(types.begin() + begin, types.end());
     parsed.endFiber();
+    const auto placeOf = [&](const Node& at) -> std::int32_t& {
+      return place[static_cast<std::size_t>(&at - nodes.data())];
+    };
+    if (!end.isRoot()) placeOf(end) = static_cast<std::int32_t>(points.size() - 1);
+    if (node->isRoot() && placeOf(*node) < 0) placeOf(*node) = static_cast<std::int32_t>(begin);
+    starts_at.push_back(static_cast<std::int32_t>(node - nodes.data()));
   }
   parsed.setRadii(std::move(radii));
-  if (branches > 0) {
-    parsed.warn(branches, branches == 1 ? " branching point is" : " branching points are",
-                " split, which gives ", fiber_count, " fibers that touch where they meet.");
+  bool branches = false;
+  for (std::size_t f = 0; f < fiber_count; ++f) {
+    const std::int32_t at = place[static_cast<std::size_t>(starts_at[f])];
+    const bool is_first = static_cast<std::size_t>(at) == parsed.fibers.point_begin[f];
+    starts_at[f] = is_first ? -1 : at;
+    branches = branches || !is_first;
   }
+  if (!branches) starts_at = {};
   parsed.expectLineEnd(file);
   return parsed;
 }

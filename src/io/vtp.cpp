@@ -3,8 +3,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -19,10 +22,14 @@ bool isOfCells(const pugi::xml_node& array) {
 }
 
 /// Whether an array has no name, or one that exportFibers() or exportSegments() writes, which tells
-/// no more than the lines do.
+/// no more than the lines do, or that is read.
 bool isOwn(const pugi::xml_node& array) {
   const std::string_view name = array.attribute("Name").value();
-  return name.empty() || name == "fiber" || name == "number" || name == "touching";
+  for (const std::string_view own : {"", "fiber", "number", "touching", vtp::kStartsAt,
+                                     vtp::kEndsAt, vtp::kSample, vtp::kType}) {
+    if (name == own) return true;
+  }
+  return false;
 }
 
 /// Adds the names of arrays of points and cells, of a few of them.
@@ -51,6 +58,8 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
+constexpr std::int32_t kNone = -1;
+
 class VtpParser {
  public:
   VtpParser(const ByteReader& file, const FiberFileOptions& options)
@@ -75,6 +84,9 @@ class VtpParser {
           "There are: ",
           listed(other_radii_), ".");
     }
+    fill(scene.samples, !scene.samples.empty());
+    fill(scene.types, !scene.types.empty());
+    findBranches();
     return std::move(parsed_);
   }
 
@@ -111,10 +123,33 @@ class VtpParser {
     const pugi::xml_node radius = findRadii(piece);
     addNames(piece, radius, false, parsed_.passed_over);
     if (!radius) addNames(piece, radius, true, other_radii_);
-    const std::vector<double> radii = readRadii(piece, radius, points.size(), line_count);
+    const auto radii = readData<double>(piece, radius, points.size(), line_count);
+    const auto indices = [&](const char* data, const char* name) {
+      return readData<std::int64_t>(piece, named(piece, data, name), points.size(), line_count);
+    };
+    const auto samples = indices("PointData", vtp::kSample);
+    const auto types = indices("PointData", vtp::kType);
+    const auto addNamedPoints = [&](const char* name, std::vector<std::int64_t>& all) {
+      const std::vector<std::int64_t> of_lines = indices("CellData", name);
+      if (of_lines.empty()) return;
+      all.resize(lines_read_, kNone);
+      for (const std::int64_t i : of_lines) {
+        if (i < kNone || i >= static_cast<std::int64_t>(points.size())) {
+          file_.refuse(named(piece, "CellData", name), "there is point ", i, " of ", points.size());
+        }
+        all.push_back(i == kNone ? kNone : id_count_ + i);
+      }
+    };
+    addNamedPoints(vtp::kStartsAt, starts_at_);
+    addNamedPoints(vtp::kEndsAt, ends_at_);
+    lines_read_ += static_cast<std::size_t>(line_count);
 
     FiberPolylines& scene = parsed_.fibers;
+    ids_.reserve(scene.points.capacity());
     if (radius) radii_.reserve(scene.points.capacity());
+    // Other pieces may have none.
+    fill(scene.samples, !samples.empty());
+    fill(scene.types, !types.empty());
     const std::vector<std::size_t>& ends = ends_[pieces_read_++];
     const std::size_t expected = ends.back();
     const pugi::xml_node lines = file_.child(piece, "Lines");
@@ -135,6 +170,9 @@ class VtpParser {
         }
       }
       scene.points.push_back(points[i]);
+      ids_.push_back(static_cast<std::int32_t>(id_count_ + index));
+      if (!samples.empty()) scene.samples.push_back(samples[i]);
+      if (!types.empty()) scene.types.push_back(types[i]);
       if (!radius) return;
       const double r = radii[isOfCells(radius) ? line : i];
       if (!(r >= 0) || !std::isfinite(r)) file_.refuse(radius, "a radius is ", r);
@@ -144,6 +182,66 @@ class VtpParser {
       file_.refuse(file_.namedArray(lines, "offsets"), "the last number is ", expected,
                    ", but the lines have ", read, " points");
     }
+    id_count_ += static_cast<std::int64_t>(points.size());
+  }
+
+  /// Gives points whose pieces have no number none.
+  void fill(std::vector<std::int64_t>& numbers, bool has_any) const {
+    if (!has_any) return;
+    numbers.reserve(parsed_.fibers.points.capacity());
+    numbers.resize(parsed_.fibers.points.size(), kNone);
+  }
+
+  /// A fiber starts or ends at another one where its arrays name a point of that, or where its line
+  /// begins or ends with a point of another line. Of the lines that share a point, the one inside
+  /// of which it is has it, or else the first one that ends there, or else that begins there.
+  void findBranches() {
+    FiberPolylines& scene = parsed_.fibers;
+    const bool are_named = !starts_at_.empty() || !ends_at_.empty();
+    const bool share =
+        std::adjacent_find(ids_.begin(), ids_.end(), std::greater_equal<>()) != ids_.end();
+    if ((!share && !are_named) || id_count_ > std::numeric_limits<std::int32_t>::max()) return;
+    std::vector<std::int32_t> owners(static_cast<std::size_t>(id_count_), kNone);
+    const auto ownerOf = [&](std::int64_t id) -> std::int32_t& {
+      return owners[static_cast<std::size_t>(id)];
+    };
+    const auto own = [&](std::size_t i) {
+      if (ownerOf(ids_[i]) < 0) ownerOf(ids_[i]) = static_cast<std::int32_t>(i);
+    };
+    const auto forFibers = [&](auto&& visit) {
+      for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+        const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+        if (begin == end) continue;
+        // The seam of a closed curve is inside of it.
+        const bool closes = end - begin > 3 && ids_[begin] == ids_[end - 1];
+        visit(f, begin, end - 1, closes);
+      }
+    };
+    forFibers([&](std::size_t, std::size_t first, std::size_t last, bool closes) {
+      for (std::size_t i = first + (closes ? 0 : 1); i < last; ++i) own(i);
+    });
+    forFibers([&](std::size_t, std::size_t, std::size_t last, bool) { own(last); });
+    forFibers([&](std::size_t, std::size_t first, std::size_t, bool) { own(first); });
+
+    scene.starts_at.assign(scene.fiberCount(), kNone);
+    scene.ends_at = scene.starts_at;
+    bool start = false, end = false;
+    starts_at_.resize(are_named ? scene.fiberCount() : 0, kNone);
+    ends_at_.resize(are_named ? scene.fiberCount() : 0, kNone);
+    forFibers([&](std::size_t f, std::size_t first, std::size_t last, bool closes) {
+      const auto find = [&](std::int64_t id, std::int32_t& found, bool& any) {
+        const std::int32_t owner = id == kNone ? kNone : ownerOf(id);
+        if (owner < 0 || closes || owner == static_cast<std::int32_t>(first) ||
+            owner == static_cast<std::int32_t>(last))
+          return;
+        found = owner;
+        any = true;
+      };
+      find(are_named ? starts_at_[f] : ids_[first], scene.starts_at[f], start);
+      find(are_named ? ends_at_[f] : ids_[last], scene.ends_at[f], end);
+    });
+    if (!start) scene.starts_at = {};
+    if (!end) scene.ends_at = {};
   }
 
   pugi::xml_node pointArray(const pugi::xml_node& piece) const {
@@ -171,15 +269,16 @@ class VtpParser {
     return points;
   }
 
+  static pugi::xml_node named(const pugi::xml_node& piece, const char* data, const char* name) {
+    return piece.child(data).find_child_by_attribute("DataArray", "Name", name);
+  }
+
   /// The array with the radii of a piece, if it has them.
   pugi::xml_node findRadii(const pugi::xml_node& piece) const {
-    const auto named = [&](const char* data, const char* name) {
-      return piece.child(data).find_child_by_attribute("DataArray", "Name", name);
-    };
-    if (options_.radius_from.empty()) return named("PointData", "radius");
+    if (options_.radius_from.empty()) return named(piece, "PointData", "radius");
     const char* const name = options_.radius_from.c_str();
-    if (const pugi::xml_node array = named("PointData", name)) return array;
-    if (const pugi::xml_node array = named("CellData", name)) return array;
+    if (const pugi::xml_node array = named(piece, "PointData", name)) return array;
+    if (const pugi::xml_node array = named(piece, "CellData", name)) return array;
     std::vector<std::string> names;
     addNames(piece, {}, true, names);
     file_.refuse(piece, "there is no array '", ByteReader::shortened(name),
@@ -187,38 +286,48 @@ class VtpParser {
                  names.empty() ? "points and cells have no data" : "there are: ", listed(names));
   }
 
-  /// Reads the radii by point or by line; empty if there are none.
-  std::vector<double> readRadii(const pugi::xml_node& piece, const pugi::xml_node& radius,
-                                std::uint64_t point_count, std::uint64_t line_count) {
-    std::vector<double> radii;
-    if (!radius) return radii;
-    const bool of_cells = isOfCells(radius);
+  /// Reads numbers by point or by line, which are indices or of any type; empty without an array.
+  template <typename Number>
+  std::vector<Number> readData(const pugi::xml_node& piece, const pugi::xml_node& array,
+                               std::uint64_t point_count, std::uint64_t line_count) {
+    std::vector<Number> numbers;
+    if (!array) return numbers;
+    const bool of_cells = isOfCells(array);
     const auto cells = [&](const char* name) {
       return of_cells && piece.attribute(name) ? file_.count(piece, name) : 0;
     };
     // In the data of cells, lines follow vertices.
     const std::uint64_t begin = cells("NumberOfVerts"), kept = of_cells ? line_count : point_count;
     const std::uint64_t expected = begin + kept + cells("NumberOfStrips") + cells("NumberOfPolys");
-    radii.reserve(static_cast<std::size_t>(kept));
+    numbers.reserve(static_cast<std::size_t>(kept));
     std::uint64_t read = 0;
-    file_.readScalars(radius, [&](double number) {
-      if (read >= begin && radii.size() < kept) radii.push_back(number);
+    const auto keep = [&](Number number) {
+      if (read >= begin && numbers.size() < kept) numbers.push_back(number);
       ++read;
-    });
-    if (read != expected || radii.size() != kept) {
-      file_.refuse(radius, "there are ", read, " numbers, but ", expected,
+    };
+    if constexpr (std::is_floating_point_v<Number>) {
+      file_.readScalars(array, keep);
+    } else {
+      file_.readNumbers<Number>(array, keep);
+    }
+    if (read != expected || numbers.size() != kept) {
+      file_.refuse(array, "there are ", read, " numbers, but ", expected,
                    of_cells ? " cells" : " points");
     }
-    return radii;
+    return numbers;
   }
 
   vtp::VtpFile file_;
   const FiberFileOptions& options_;
   ParsedFibers parsed_;
-  std::vector<double> radii_;                   ///< by point of the scene, if a piece has them
-  std::vector<std::vector<std::size_t>> ends_;  ///< of lines, by piece that has any
-  std::size_t pieces_read_ = 0;                 ///< of those
-  std::vector<std::string> other_radii_;        ///< names of arrays that could be radii
+  std::vector<double> radii_;                     ///< by point of the scene, if a piece has them
+  std::vector<std::vector<std::size_t>> ends_;    ///< of lines, by piece that has any
+  std::size_t pieces_read_ = 0, lines_read_ = 0;  ///< of those
+  std::vector<std::int32_t>
+      ids_;                    ///< by point of the scene: its index among all points of the file
+  std::int64_t id_count_ = 0;  ///< of pieces that were read
+  std::vector<std::int64_t> starts_at_, ends_at_;  ///< by line, such an index or kNone, if told
+  std::vector<std::string> other_radii_;           ///< names of arrays that could be radii
 };
 
 }  // namespace

@@ -21,6 +21,11 @@ namespace fcl_fibers::io::vtp {
 
 constexpr std::string_view kBlank = " \t\r\n";
 
+// Arrays of this library: by line, points of which lines are repeated, and by point, see
+// FiberPolylines::samples.
+constexpr const char *kStartsAt = "starts_at", *kEndsAt = "ends_at";
+constexpr const char *kSample = "swc_sample", *kType = "swc_type";
+
 /// The name of a type of numbers.
 template <typename Number>
 std::string typeName() {

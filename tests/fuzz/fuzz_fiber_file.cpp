@@ -40,8 +40,16 @@ void requireWellFormed(const FiberPolylines& scene) {
   require(scene.radii.empty() || scene.radii.size() == scene.points.size());
   require(isLength(scene.radius));
   for (const double radius : scene.radii) require(isLength(radius));
-  require(scene.point_radii.empty() || scene.point_radii.size() == scene.points.size());
-  for (const double radius : scene.point_radii) require(isLength(radius));
+  require(scene.samples.empty() || scene.samples.size() == scene.points.size());
+  require(scene.types.empty() || scene.types.size() == scene.points.size());
+  for (const auto* places : {&scene.starts_at, &scene.ends_at}) {
+    require(places->empty() || places->size() == scene.fiberCount());
+    for (std::size_t f = 0; f < places->size(); ++f) {
+      if ((*places)[f] == -1) continue;
+      const auto place = static_cast<std::size_t>((*places)[f]);
+      require(place < scene.points.size() && scene.point_begin[f] < scene.point_begin[f + 1]);
+    }
+  }
 }
 
 /// Where the corpus has radii beside the usual place, or empty.

@@ -61,16 +61,8 @@ TEST_F(ExportTest, FibersAreReadBackBitByBit) {
   EXPECT_TRUE(read.radii.empty());
 }
 
-// Fibers would become thicker with each time that they are written and read, or thinner, so that
-// contacts are missed.
-TEST_F(ExportTest, RadiiAreReadBackOrBecomeLarger) {
-  const auto readBack = [&](const FiberPolylines& scene, const char* name) {
-    std::string(name) == "a.vtp" ? exportFibers(path(name), scene) : writeHair(path(name), scene);
-    const FiberFile file = readFibers(path(name));
-    EXPECT_TRUE(file.has_radius);
-    EXPECT_EQ(file.fibers.radii.size(), scene.radii.size());
-    return file.fibers.radii;
-  };
+// Contacts of segments that a program gave radii would be missed after they were written.
+TEST_F(ExportTest, RadiiOfSegmentsBecomeThoseOfPointsAndNoneThinner) {
   scenes::Random random(2);
   for (int trial = 0; trial < 100; ++trial) {
     FiberPolylines scene;
@@ -78,24 +70,23 @@ TEST_F(ExportTest, RadiiAreReadBackOrBecomeLarger) {
       scene.points.resize(scene.points.size() + points);
       scene.point_begin.push_back(scene.points.size());
     }
-    // Of any file: the larger radius of a segment's ends.
-    std::vector<double> by_point(scene.points.size());
-    for (double& radius : by_point) radius = std::floor(8 * random.uniform()) / 4;  // a float
-    by_point[0] = 3;                                                                // not all equal
-    FiberPolylines of_points = scene, any = scene;
-    of_points.radii = by_point;
-    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-      for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
-        of_points.radii[i] = std::max(by_point[i], by_point[i + 1]);
-      }
+    for (std::size_t i = 0; i < scene.points.size(); ++i) {
+      scene.radii.push_back(std::floor(8 * random.uniform()) / 4);  // a float
     }
-    any.radii = by_point;
+    scene.radii[0] = 3;  // not all equal
+    exportFibers(path("a.vtp"), scene);
+    writeHair(path("a.hair"), scene);
     for (const char* name : {"a.vtp", "a.hair"}) {
-      const std::vector<double> same = readBack(of_points, name), larger = readBack(any, name);
+      const FiberPolylines read = readFibers(path(name)).fibers;
+      ASSERT_TRUE(read.hasRadiiOfPoints());
       for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-        for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
-          EXPECT_EQ(same[i], of_points.radii[i]) << name << ", trial " << trial << ", point " << i;
-          EXPECT_GE(larger[i], any.radii[i]) << name << ", trial " << trial << ", point " << i;
+        const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+        for (std::size_t i = begin; i < end; ++i) {
+          // The larger one of the segments before and after it.
+          std::vector<double> around;
+          if (i > begin) around.push_back(scene.radii[i - 1]);
+          if (i + 1 < end || end - begin == 1) around.push_back(scene.radii[i]);
+          EXPECT_EQ(read.radii[i], *std::max_element(around.begin(), around.end())) << name << i;
         }
       }
     }
@@ -107,7 +98,7 @@ TEST_F(ExportTest, FibersWithoutPointsAreReadBack) {
   FiberPolylines scene;
   scene.points = {{0, 0, 0}, {1, 0, 0}, {9, 9, 9}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
   scene.point_begin = {0, 0, 2, 2, 2, 3, 6, 6};
-  scene.radii = scene.point_radii = {1, 1, 1, 2, 2, 2};
+  scene.radii = {1, 1, 1, 2, 2, 2};
   EXPECT_EQ(scene.segmentCount(), 3u);
   exportFibers(path("a.vtp"), scene);
   const FiberPolylines read = readFibers(path("a.vtp")).fibers;
@@ -118,77 +109,72 @@ TEST_F(ExportTest, FibersWithoutPointsAreReadBack) {
   EXPECT_EQ(readFibers(path("segments.vtp")).fibers.fiberCount(), 3u);
 }
 
-// A stenosis, the narrow place of one point, would be gone after it was written.
-TEST_F(ExportTest, RadiiOfPointsAreReadBackBitByBit) {
+/// A tree of fibers that taper, with loops, samples and types, of floats.
+FiberPolylines randomTree(scenes::Random& random) {
+  FiberPolylines scene;
+  scene.radii_are = FiberArrays<double>::Radii::kPerPoint;
+  const auto number = [&] { return std::floor(64 * random.uniform()) / 8; };
+  const auto anyPoint = [&](std::size_t count) {
+    return static_cast<std::int32_t>(random.uniform() * static_cast<double>(count));
+  };
+  const auto fibers = static_cast<std::size_t>(2 + 10 * random.uniform());
+  for (std::size_t f = 0; f < fibers; ++f) {
+    const std::size_t begin = scene.points.size();
+    const auto count = static_cast<std::size_t>(2 + 6 * random.uniform());
+    scene.starts_at.push_back(f == 0 || random.uniform() < 0.3 ? -1 : anyPoint(begin));
+    scene.ends_at.push_back(f == 0 || random.uniform() < 0.7 ? -1 : anyPoint(begin));
+    for (std::size_t i = 0; i < count; ++i) {
+      scene.points.push_back({number(), number(), number()});
+      scene.radii.push_back(number());
+      scene.samples.push_back((std::int64_t{1} << 60) + static_cast<std::int64_t>(1e6 * number()));
+      scene.types.push_back(static_cast<std::int64_t>(number()) - 4);
+    }
+    const auto repeat = [&](std::int32_t from, std::size_t to) {
+      if (from >= 0) scene.points[to] = scene.points[static_cast<std::size_t>(from)];
+    };
+    repeat(scene.starts_at.back(), begin);
+    repeat(scene.ends_at.back(), scene.points.size() - 1);
+    scene.point_begin.push_back(scene.points.size());
+  }
+  if (*std::max_element(scene.starts_at.begin(), scene.starts_at.end()) < 0) {
+    scene.starts_at = {};
+  }
+  if (*std::max_element(scene.ends_at.begin(), scene.ends_at.end()) < 0) scene.ends_at = {};
+  return scene;
+}
+
+// A narrow place, a branch or the number of a sample would be gone after it was written.
+TEST_F(ExportTest, TreesThatTaperAreReadBackBitByBit) {
   scenes::Random random(3);
-  for (int trial = 0; trial < 100; ++trial) {
-    FiberPolylines scene;
-    for (const std::size_t points : {1U, 2U, 7U, 1U}) {
-      scene.points.resize(scene.points.size() + points);
-      scene.point_begin.push_back(scene.points.size());
-    }
-    std::string text;
-    for (std::size_t i = 0; i < scene.points.size(); ++i) {
-      scene.point_radii.push_back(std::floor(8 * random.uniform()) / 4);  // a float
-    }
-    scene.point_radii[2] = scene.point_radii[1] + 1;  // They differ along a fiber.
-    scene.radii = scene.point_radii;
-    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-      for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
-        scene.radii[i] = std::max(scene.point_radii[i], scene.point_radii[i + 1]);
-      }
-    }
+  for (int trial = 0; trial < 200; ++trial) {
+    SCOPED_TRACE(trial);
+    const FiberPolylines scene = randomTree(random);
     exportFibers(path("a.vtp"), scene);
     writeHair(path("a.hair"), scene);
-    exportSegments(path("segments.vtp"), scene, std::vector<unsigned char>(scene.points.size(), 0));
     for (const char* name : {"a.vtp", "a.hair"}) {
-      const FiberPolylines read = readFibers(path(name)).fibers;
-      EXPECT_EQ(read.point_radii, scene.point_radii) << name;
-      EXPECT_EQ(read.radii, scene.radii) << name;
+      const FiberFile file = readFibers(path(name));
+      EXPECT_EQ(file.fibers.points, scene.points) << name;
+      EXPECT_EQ(file.fibers.point_begin, scene.point_begin) << name;
+      EXPECT_EQ(file.fibers.radii, scene.radii) << name;
+      EXPECT_TRUE(file.fibers.hasRadiiOfPoints()) << name;
+      EXPECT_TRUE(file.passed_over.empty()) << name;
     }
-    // Its lines are the segments.
-    const FiberPolylines segments = readFibers(path("segments.vtp")).fibers;
+    const FiberPolylines read = readFibers(path("a.vtp")).fibers;
+    EXPECT_EQ(read.starts_at, scene.starts_at);
+    EXPECT_EQ(read.ends_at, scene.ends_at);
+    EXPECT_EQ(read.samples, scene.samples);
+    EXPECT_EQ(read.types, scene.types);
+    // Lines that are segments have the radii of both ends.
+    exportSegments(path("segments.vtp"), scene, std::vector<unsigned char>(scene.points.size(), 0));
+    const FiberPolylines lines = readFibers(path("segments.vtp")).fibers;
     std::size_t line = 0;
     for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
       for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i, ++line) {
-        EXPECT_EQ(segments.point_radii.at(2 * line), scene.point_radii[i]);
-        EXPECT_EQ(segments.point_radii.at(2 * line + 1), scene.point_radii[i + 1]);
+        EXPECT_EQ(lines.radii.at(2 * line), scene.radii[i]);
+        EXPECT_EQ(lines.radii.at(2 * line + 1), scene.radii[i + 1]);
       }
     }
   }
-}
-
-// A program that made its fibers thicker would find the old radii in the file.
-TEST_F(ExportTest, RadiiThatWereChangedSinceCount) {
-  FiberPolylines scene = segments({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}});
-  scene.radii = {2, 2, 3, 3};
-  scene.point_radii = {1, 2, 3, 3};
-  const auto written = [&] {
-    exportFibers(path("a.vtp"), scene);
-    writeHair(path("a.hair"), scene);
-    const FiberPolylines read = readFibers(path("a.vtp")).fibers,
-                         hair = readFibers(path("a.hair")).fibers;
-    EXPECT_EQ(read.radiusAt(0), hair.radiusAt(0));
-    EXPECT_EQ(read.point_radii, hair.point_radii);
-    return read;
-  };
-  EXPECT_EQ(written().point_radii, scene.point_radii);
-  FiberPolylines before = scene;
-  scene.radii[2] = 4;
-  EXPECT_EQ(written().radiusAt(2), 4);
-  EXPECT_EQ(written().point_radii, (std::vector<double>{2, 2, 4, 3}));
-  scene = before;
-  scene.radii.clear();
-  scene.radius = 5;
-  EXPECT_EQ(written().radius, 5);
-  for (const double bad : {-1.0, std::nan(""), 9.0}) {
-    scene = before;
-    scene.point_radii[0] = bad;
-    EXPECT_TRUE(written().point_radii.empty()) << bad;
-  }
-  scene = before;
-  scene.point_radii.pop_back();
-  EXPECT_TRUE(written().point_radii.empty());
 }
 
 TEST_F(ExportTest, NothingIsAFileToo) {

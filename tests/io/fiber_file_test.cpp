@@ -185,7 +185,7 @@ TEST(FiberFileTest, TheRadiusOfTheOptionsReplacesRadiiByPoint) {
   // If this fails, some segments keep the file's thickness.
   FileBytes file;
   file.text(hairBytes(0, 0)).setLittle(12, 6U).little(1.0F).little(2.0F);
-  EXPECT_THAT(parseFibers(file.bytes(), "", FiberFormat::kHair).fibers.radii, ElementsAre(1, 1));
+  EXPECT_THAT(parseFibers(file.bytes(), "", FiberFormat::kHair).fibers.radii, ElementsAre(0.5, 1));
   const FiberPolylines scene = parseFibers(file.bytes(), "", FiberFormat::kHair, {3.0}).fibers;
   EXPECT_THAT(scene.radii, IsEmpty());
   EXPECT_EQ(scene.radiusAt(0), 3);

@@ -46,13 +46,13 @@ std::size_t mostMemory(const std::string& bytes, FiberFormat format, bool has_ra
     case FiberFormat::kTrk:
       return 3;
     case FiberFormat::kSwc:
-      return 10;
+      return 12;
     case FiberFormat::kBcc:
       return 2 * kSegmentsPerSpan + 2;
     case FiberFormat::kPolylines:
       return has_radii ? 6 : 5;
     case FiberFormat::kVtp:
-      return has("vtkZLibDataCompressor") ? 11 * 64 : 21;
+      return has("vtkZLibDataCompressor") ? 16 * 64 : 29;
   }
   throw std::logic_error("there is no such format");
 }
@@ -79,18 +79,26 @@ void expectWellFormed(const FiberPolylines& scene) {
     ASSERT_EQ(scene.radii.size(), scene.points.size());
   }
   for (const double radius : scene.radii) ASSERT_TRUE(radius >= 0 && std::isfinite(radius));
-  if (!scene.point_radii.empty()) {
-    const std::vector<double>& at = scene.point_radii;
-    ASSERT_EQ(at.size(), scene.points.size());
-    bool differ = false;
-    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-      for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
-        ASSERT_EQ(scene.radii.at(i), std::max(at[i], at[i + 1]));
-        differ = differ || at[i] != at[i + 1];
-      }
-    }
-    ASSERT_TRUE(differ);
+  ASSERT_EQ(scene.hasRadiiOfPoints(), !scene.radii.empty());
+  for (const auto* numbers : {&scene.samples, &scene.types}) {
+    ASSERT_TRUE(numbers->empty() || numbers->size() == scene.points.size());
   }
+  const auto expectPlaces = [&](const std::vector<std::int32_t>& places, bool are_starts) {
+    if (places.empty()) return;
+    ASSERT_EQ(places.size(), scene.fiberCount());
+    ASSERT_NE(std::count(places.begin(), places.end(), -1), places.size());
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      if (places[f] == -1) continue;
+      const auto place = static_cast<std::size_t>(places[f]);
+      ASSERT_LT(place, scene.points.size());
+      const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+      ASSERT_LT(begin, end);
+      ASSERT_NE(place, are_starts ? begin : end - 1);
+      ASSERT_EQ(scene.points[place], scene.points[are_starts ? begin : end - 1]);
+    }
+  };
+  expectPlaces(scene.starts_at, true);
+  expectPlaces(scene.ends_at, false);
   if (scene.closed.empty()) return;
   ASSERT_EQ(scene.closed.size(), scene.fiberCount());
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {

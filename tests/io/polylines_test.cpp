@@ -85,9 +85,8 @@ TEST(PolylinesTest, TakesRadiiFromAColumn) {
   const FiberFile file = parseRadii("0 0 0 3\n1 0 0 .5\n2 0 0 2\n\n5 5 5 1\n", "4");
   expectWellFormed(file.fibers);
   EXPECT_TRUE(file.has_radius);
-  EXPECT_THAT(file.fibers.radii, ElementsAre(3, 2, 2, 1));
-  EXPECT_THAT(file.fibers.point_radii, ElementsAre(3, 0.5, 2, 1));
-  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("Radii differ")));
+  EXPECT_THAT(file.fibers.radii, ElementsAre(3, 0.5, 2, 1));
+  EXPECT_THAT(file.warnings, IsEmpty());
   const FiberFile sixth = parseRadii("0;0;0;a b;;.25;c\n1;0;0;a;b;.25\n", "6");
   EXPECT_EQ(sixth.fibers.radius, 0.25);
   EXPECT_THAT(sixth.fibers.radii, IsEmpty());

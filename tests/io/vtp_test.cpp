@@ -215,7 +215,7 @@ TEST(VtpTest, ReadsRadiiOfPoints) {
   const FiberFile file = parse(withPointData(textFile(), other + radiusArray("1 2 .5 .25 .125")));
   EXPECT_TRUE(file.has_radius);
   // The lines have the points 0 1 2 0 and 3 4.
-  EXPECT_THAT(file.fibers.radii, ElementsAre(2, 2, 1, 1, 0.25, 0.125));
+  EXPECT_THAT(file.fibers.radii, ElementsAre(1, 2, 0.5, 1, 0.25, 0.125));
   const FiberFile one = parse(withPointData(textFile(), radiusArray("3 3 3 3 3")));
   EXPECT_EQ(one.fibers.radius, 3);
   EXPECT_THAT(one.fibers.radii, IsEmpty());
@@ -243,20 +243,56 @@ std::string arrayOf(const std::string& type, const std::string& name, const std:
 }
 
 TEST(VtpTest, RadiiOfPointsAreKept) {
-  // If this fails, a narrow place of one point is lost when the fibers are written.
+  // If this fails, a narrow place of one point is lost.
   const FiberFile file = parse(withPointData(textFile(), radiusArray("3 .5 3 2 2")));
-  EXPECT_THAT(file.fibers.radii, ElementsAre(3, 3, 3, 3, 2, 2));
-  EXPECT_THAT(file.fibers.point_radii, ElementsAre(3, 0.5, 3, 3, 2, 2));
-  EXPECT_THAT(file.warnings,
-              ElementsAre("Radii differ; a segment has the larger radius of its two ends."));
-  // They differ from fiber to fiber alone.
-  const FiberFile each = parse(withPointData(textFile(), radiusArray("3 3 3 2 2")));
-  EXPECT_THAT(each.fibers.radii, ElementsAre(3, 3, 3, 3, 2, 2));
-  EXPECT_THAT(each.fibers.point_radii, IsEmpty());
-  EXPECT_THAT(each.warnings, IsEmpty());
-  const FiberPolylines one =
-      parseFibers(withPointData(textFile(), radiusArray("3 .5 3 2 2")), "", kVtp, {1.0}).fibers;
-  EXPECT_THAT(one.point_radii, IsEmpty());
+  expectWellFormed(file.fibers);
+  EXPECT_THAT(file.fibers.radii, ElementsAre(3, 0.5, 3, 3, 2, 2));
+  EXPECT_THAT(file.warnings, IsEmpty());
+}
+
+TEST(VtpTest, LinesThatShareAPointBranch) {
+  // If this fails, vessels that other programs wrote touch themselves wherever they meet.
+  const auto linesOf = [](const std::string& indices, const std::string& ends, int lines) {
+    return replaced(replaced(replaced(textFile(), "0 1 2 0 3 4", indices), "\t4 6\n", ends),
+                    "NumberOfLines=\"2\"", "NumberOfLines=\"" + std::to_string(lines) + "\"");
+  };
+  const auto read = [](const std::string& file) {
+    FiberPolylines fibers = parse(file).fibers;
+    expectWellFormed(fibers);
+    return fibers;
+  };
+  // Where one line ends, two begin, of which one comes first.
+  const FiberPolylines fork = read(linesOf("1 2 0 1 1 3", "2 4 6", 3));
+  EXPECT_THAT(fork.starts_at, ElementsAre(3, -1, 3));
+  EXPECT_THAT(fork.ends_at, IsEmpty());
+  // Three begin at one point, at which none ends.
+  EXPECT_THAT(read(linesOf("0 1 0 2 0 3", "2 4 6", 3)).starts_at, ElementsAre(-1, 0, 0));
+  // A twig begins inside of a line, and one ends there, and closes a loop of the line before it.
+  const FiberPolylines inside = read(linesOf("0 1 2 1 3 3 1", "3 5 7", 3));
+  EXPECT_THAT(inside.starts_at, ElementsAre(-1, 1, 4));
+  EXPECT_THAT(inside.ends_at, ElementsAre(-1, -1, 1));
+  // A closed curve meets itself without a branch, and a twig may begin at its seam.
+  const FiberPolylines closed = read(linesOf("0 1 2 0 0 4", "4 6", 2));
+  EXPECT_THAT(closed.closed, ElementsAre(1, 0));
+  EXPECT_THAT(closed.starts_at, ElementsAre(-1, 0));
+  EXPECT_THAT(closed.ends_at, IsEmpty());
+  // Lines that cross share no end, and points of two pieces are never one.
+  EXPECT_THAT(read(linesOf("0 1 2 3 1 4", "3 6", 2)).starts_at, IsEmpty());
+  const std::string file = textFile();
+  const std::size_t begin = file.find("<Piece"), end = file.find("</Piece>") + 8;
+  const std::string piece = file.substr(begin, end - begin);
+  EXPECT_THAT(read(replaced(file, piece, piece + piece)).starts_at, IsEmpty());
+}
+
+TEST(VtpTest, NamedPointsAreOfTheFile) {
+  // If this fails, a damaged file names points that are not there.
+  const auto withStarts = [](const std::string& numbers) {
+    return withCellData(textFile(), arrayOf("Int32", "starts_at", numbers));
+  };
+  EXPECT_TRUE(parsesSafely(withStarts("-1 -1"), kVtp));
+  expectRefusal(withStarts("-1 5"), kVtp, "byte 212", "there is point 5 of 5");
+  expectRefusal(withStarts("-2 -1"), kVtp, "byte 212", "there is point -2 of 5");
+  expectRefusal(withStarts("-1"), kVtp, "byte 212", "there are 1 numbers, but 2 cells");
 }
 
 TEST(VtpTest, WarnsOfArraysThatMayBeRadii) {
@@ -294,12 +330,11 @@ TEST(VtpTest, TakesRadiiFromAnotherArray) {
                    arrayOf("Float32", "R", "9 9") + arrayOf("Int16", "L", "3 4"));
   const FiberFile points = parseFrom(file, "R");
   expectWellFormed(points.fibers);
-  EXPECT_THAT(points.fibers.radii, ElementsAre(2, 2, 1, 1, 0.25, 0.125));
+  EXPECT_THAT(points.fibers.radii, ElementsAre(1, 2, 0.5, 1, 0.25, 0.125));
   EXPECT_THAT(points.passed_over,
               ElementsAre("point data 'radius'", "cell data 'R'", "cell data 'L'"));
   const FiberFile lines = parseFrom(file, "L");
   EXPECT_THAT(lines.fibers.radii, ElementsAre(3, 3, 3, 3, 4, 4));
-  EXPECT_THAT(lines.fibers.point_radii, IsEmpty());
   // The data of cells begin with those of vertices and end with those of strips and polygons.
   const std::string cells = replaced(replaced(file, ">3 4<", ">1 2 3 4 5<"), "<Piece ",
                                      "<Piece NumberOfVerts=\"2\" NumberOfPolys=\"1\" ");
@@ -553,6 +588,11 @@ TEST(VtpTest, MemoryIsBoundedWhereElementsAreShortest) {
   EXPECT_TRUE(parsesSafely(
       withPointData(replaced(indices, numbers, "1 " + numbers.substr(2)), radiusArray("1 2 3 4 5")),
       kVtp));
+  EXPECT_TRUE(parsesSafely(
+      withPointData(replaced(indices, numbers, "1 " + numbers.substr(2)),
+                    radiusArray("1 2 3 4 5") + arrayOf("Int64", "swc_sample", "1 2 3 4 5") +
+                        arrayOf("Int64", "swc_type", "1 2 3 4 5")),
+      kVtp));
 }
 
 // The points of the lines of the files that VTK wrote.
@@ -568,6 +608,7 @@ TEST_P(VtpWrittenByVtkTest, IsReadAsItIs) {
   expectWellFormed(file.fibers);
   EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 4, 6, 11, 14));
   EXPECT_THAT(file.fibers.closed, ElementsAre(0, 0, 1, 0));
+  EXPECT_THAT(file.fibers.starts_at, ElementsAre(-1, -1, -1, 3));
   ASSERT_EQ(file.fibers.points.size(), kWrittenPoints.size());
   for (std::size_t i = 0; i < kWrittenPoints.size(); ++i) {
     const double j = kWrittenPoints[i];
@@ -583,10 +624,8 @@ TEST(VtpRadiiTest, OfAFileWrittenByVtkAreRead) {
   expectWellFormed(file.fibers);
   ASSERT_EQ(file.fibers.radii.size(), kWrittenPoints.size());
   const auto radius = [](std::size_t i) { return 0.5 + 0.25 * (kWrittenPoints[i] % 5); };
-  for (std::size_t f = 0; f < file.fibers.fiberCount(); ++f) {
-    for (std::size_t i = file.fibers.point_begin[f]; i + 1 < file.fibers.point_begin[f + 1]; ++i) {
-      EXPECT_EQ(file.fibers.radii[i], std::max(radius(i), radius(i + 1))) << i;
-    }
+  for (std::size_t i = 0; i < kWrittenPoints.size(); ++i) {
+    EXPECT_EQ(file.fibers.radii[i], radius(i)) << i;
   }
 }
 

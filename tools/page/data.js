@@ -61,7 +61,11 @@ class Frames {
     }
     return this.cache.get(index);
   }
-  radiusAt(point) { return this.radii[point % this.radii.length]; }
+  /// The radii at both ends of the line from a point to the next one.
+  radiiFrom(point) {
+    const at = p => this.radii[p % this.radii.length];
+    return [at(point), at(this.scene.tapers ? point + 1 : point)];
+  }
 
   /// The number in the file of a segment on a line that is drawn.
   /// @param along  where on the line, from 0 to 1

@@ -7,13 +7,15 @@ const kFiberVertex = `
   uniform float pixel, least, onlyTouching;
   attribute vec2 position;  // x across, y from start to end
   attribute vec3 before, start, end, after;
-  attribute float radius;
+  attribute vec2 radii;     // at start and end
   attribute vec4 look;      // hue of the fiber, place along it, light, touching
   attribute vec4 lookAfter;
   attribute vec4 ends;      // whether the fiber begins, ends, has ended before; how much picked
   varying vec3 vTangent, vSide, vEye;
   varying vec4 vLook;
-  varying float vAcross, vAlong, vLength, vPicked;
+  varying vec2 vPlace;      // along the axis, and beside it
+  varying vec3 vCone;       // both radii, and the length
+  varying float vPicked;
   vec3 directed(vec3 d, vec3 other) { return dot(d, d) > 0.0 ? normalize(d) : other; }
   void main() {
     if (ends.z > 0.5) {  // no segment: what is between two fibers
@@ -27,20 +29,27 @@ const kFiberVertex = `
     // Ends are round, and so are sharp bends, where one edge would lie far from the other.
     bool atStart = position.y < 0.5;
     vec3 neighbour = atStart ? directed(a - earlier, along) : directed(later - b, along);
-    bool isRound = (atStart ? ends.x : ends.y) > 0.5 || dot(neighbour, along) < 0.6;
+    // So are both ends where the radius changes much, because one ball sticks out of the other end.
+    float touching = look.w, length = distance(a, b);
+    vec2 thin = -0.5 * (least + 0.7 * touching + 2.0 * ends.w) * pixel * vec2(a.z, b.z);
+    vec2 drawn = max(radii, thin);
+    float radius = atStart ? drawn.x : drawn.y, other = atStart ? drawn.y : drawn.x;
+    float slope = (radius - other) / max(length, 1e-30);
+    bool isSteep = abs(slope) > 0.6;
+    bool isRound = isSteep || (atStart ? ends.x : ends.y) > 0.5 || dot(neighbour, along) < 0.6;
     vec3 tangent = isRound ? along : directed(neighbour + along, along);
     vec3 point = mix(a, b, position.y);
     vec3 eye = normalize(-point);
     vec3 side = directed(cross(tangent, eye), vec3(0.0, 1.0, 0.0));
-    float touching = look.w;
-    float thin = 0.5 * (least + 0.7 * touching + 2.0 * ends.w) * pixel * -point.z;
-    float drawn = max(radius, thin);
-    float beyond = isRound ? 1.0 : 0.0;
-    vAlong = atStart ? -beyond : distance(a, b) / drawn + beyond;
-    vLength = distance(a, b) / drawn;
-    point += drawn * (position.x * side + (atStart ? -beyond : beyond) * along);
-    point += drawn * sqrt(max(1.0 - position.x * position.x, 0.0)) * eye;
-    vTangent = tangent; vSide = side; vEye = eye; vAcross = position.x; vPicked = ends.w;
+    // The ribbon is so long and wide beyond a round end that the balls at both ends are on it.
+    float beyond = isRound ? max(radius, other - length) : 0.0, wide = radius;
+    if (isRound && isSteep) wide = max(radius, other);
+    if (isRound && !isSteep && slope > 0.0) wide *= sqrt((1.0 + slope) / (1.0 - slope));
+    vPlace = vec2(atStart ? -beyond : length + beyond, wide * position.x);
+    vCone = vec3(drawn, length);
+    point += vPlace.y * side + (atStart ? -beyond : beyond) * along;
+    point += radius * sqrt(max(1.0 - position.x * position.x, 0.0)) * eye;
+    vTangent = tangent; vSide = side; vEye = eye; vPicked = ends.w;
     vLook = vec4(look.x, mix(look.yz, lookAfter.yz, position.y), look.w);
     gl_Position = projectionMatrix * vec4(point, 1.0);
     gl_Position.z -= 2e-5 * touching * gl_Position.w;
@@ -56,12 +65,20 @@ const kFiberFragment = `
   uniform float nearest, farthest, onlyTouching, showTouching;
   varying vec3 vTangent, vSide, vEye;
   varying vec4 vLook;
-  varying float vAcross, vAlong, vLength, vPicked;
+  varying vec2 vPlace;
+  varying vec3 vCone;
+  varying float vPicked;
   void main() {
     vec3 t = normalize(vTangent);
-    float past = max(max(-vAlong, vAlong - vLength), 0.0);
-    if (past * past + vAcross * vAcross > 1.0 && past > 0.0) discard;
-    vec3 normal = normalize(vSide) * vAcross + vEye * sqrt(max(1.0 - vAcross * vAcross, 0.0));
+    // The ball of the cone that reaches the farthest here: its centre is not beside this place, but
+    // towards the thicker end.
+    float slope = (vCone.x - vCone.y) / max(vCone.z, 1e-30);
+    float nearer = vPlace.x - abs(vPlace.y) * slope * inversesqrt(max(1.0 - slope * slope, 1e-6));
+    float centre = clamp(nearer, 0.0, vCone.z);
+    vec2 off = vec2(vPlace.x - centre, vPlace.y) /
+               mix(vCone.x, vCone.y, centre / max(vCone.z, 1e-30));
+    if (dot(off, off) > 1.001) discard;
+    vec3 normal = normalize(vSide) * off.y + vEye * sqrt(max(1.0 - off.y * off.y, 0.0));
     vec3 hue = mix(dark, bright, clamp(vLook.x * 0.85 + 0.25 * vLook.y - 0.05, 0.0, 1.0));
     float across = dot(t, light);
     float diffuse = sqrt(max(1.0 - across * across, 0.0)) * (0.55 + 0.45 * dot(normal, light));
@@ -128,12 +145,13 @@ class Fibers {
       ends[4 * (begin[f + 1] - 1) + 2] = 255;
     }
 
-    const radiusOfAll = new Float32Array(this.points).map((_, p) => frames.radiusAt(p));
+    const radii = new Float32Array(2 * this.points);
+    for (let p = 0; p < this.points; ++p) radii.set(frames.radiiFrom(p), 2 * p);
     const attributes = {
       look: new THREE.InterleavedBufferAttribute(this.look, 4, 0, true),
       lookAfter: new THREE.InterleavedBufferAttribute(this.look, 4, 4, true),
       ends: this.ends,
-      radius: new THREE.InstancedBufferAttribute(radiusOfAll, 1, false, 1),
+      radii: new THREE.InstancedBufferAttribute(radii, 2, false, 1),
     };
     ['before', 'start', 'end', 'after'].forEach((name, i) => {
       attributes[name] = new THREE.InterleavedBufferAttribute(this.buffer, 3, 3 * i);

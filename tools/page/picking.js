@@ -43,7 +43,8 @@ class Picker {
           const square = d[0] * d[0] + d[1] * d[1];
           const along = square > 0
               ? Math.min(Math.max(-(a[0] * d[0] + a[1] * d[1]) / square, 0), 1) : 0;
-          const depth = a[2] + along * (b[2] - a[2]), radius = frames.radiusAt(p);
+          const depth = a[2] + along * (b[2] - a[2]), [from, to] = frames.radiiFrom(p);
+          const radius = from + along * (to - from);
           const off = Math.hypot(a[0] + along * d[0], a[1] + along * d[1]);
           this.offer(off, Math.max(radius * this.pixelsOfOne / depth, least), depth,
                      {fiber: f, line: p - frames.begin[f], along});

@@ -18,16 +18,17 @@ namespace fcl_fibers::io {
 ///     exportContacts("contacts.vtp", contacts);
 ///
 /// Coordinates are doubles in the fibers' frame. Numbers beside the geometry are cell data. Points
-/// of fibers carry `radius`, which readFibers() reads again: those of FiberPolylines::point_radii,
-/// or else radii that follow from those of the segments. A segment then has the larger radius of
-/// its two ends, so if one of `radii` is thicker than both of its neighbours, the file makes the
-/// segment before it as thick.
+/// of fibers carry `radius`, which readFibers() reads again. If the scene has radii of segments, a
+/// point has the larger one of its two segments.
 ///
 /// All functions throw std::invalid_argument if the path does not end in .vtp, and
 /// std::runtime_error with the file's name if it cannot be written.
 
-/// Writes one polyline per fiber, with its number `fiber`. If the radius of all fibers is 0, the
-/// file holds no `radius`, because 0 stands for an unknown radius.
+/// Writes one polyline per fiber, with its number `fiber`, and with `starts_at` and `ends_at`,
+/// which are indices of points or -1, if the scene has them. Points carry FiberPolylines::samples
+/// and `types` as `swc_sample` and `swc_type`. readFibers() restores all of these bit for bit. If
+/// the radius of all fibers is 0, the file holds no `radius`, because 0 stands for an unknown
+/// radius.
 FCL_FIBERS_IO_EXPORT void exportFibers(const std::string& path, const FiberPolylines& scene);
 
 /// Writes one line per segment, with `fiber`, `number`, which is the one along the fiber, and

@@ -12,9 +12,8 @@
 /// Fiber files, exports for programs that draw, and sampling of curves.
 namespace fcl_fibers::io {
 
-/// The file formats of fibers. Only points, radii and closed curves are read. Radii are those of
-/// points; a segment has the larger radius of its two ends. If no radius is above 0, the file has
-/// none.
+/// The file formats of fibers. Points, radii, closed curves and branches are read. Radii are those
+/// of points, so segments taper where they differ. If no radius is above 0, the file has none.
 enum class FiberFormat {
   /// Cem Yuksel's .hair. A radius is half the thickness.
   kHair,
@@ -40,6 +39,11 @@ enum class FiberFormat {
   /// are radii, or the array that FiberFileOptions::radius_from names. A line without
   /// points is a fiber without points, as it is in the formats of streamlines.
   ///
+  /// A fiber starts or ends at another one (FiberPolylines::starts_at) where its line has the first
+  /// or the last point in common with that of the other. The other one is the line inside of which
+  /// the point is, or else the first one that ends there, or else that begins there. Lines that
+  /// cross without an end have no branch. Arrays that exportFibers() writes come before this rule.
+  ///
   /// These are refused: LZ4 and LZMA compression; the parallel format (.pvtp); arrays that together
   /// are longer than the file, or more than 64 times as long when decompressed; and XML with more
   /// tags than 256 plus one per 16 bytes.
@@ -60,7 +64,8 @@ enum class FiberFormat {
   /// Neurons (.swc): `id type x y z radius parent` on each line, in any order; the parent of a root
   /// is -1. Further columns and lines that start with '#' are skipped. A neuron is split where it
   /// branches. Each of its fibers begins at a root or a branching point and ends at the next one or
-  /// at a tip, so fibers touch where they meet. A root without children is a sphere: a fiber of one
+  /// at a tip. It starts at the fiber that ends where it begins, or at the first one that begins at
+  /// its root (FiberPolylines::starts_at). A root without children is a sphere: a fiber of one
   /// segment of length zero.
   kSwc,
 };
@@ -125,8 +130,8 @@ struct FiberFile {
 /// file's size, whatever the file contains:
 ///
 ///     .hair, .tfx, .tck, .trk  3         text  5, or 6 with radii
-///     .bcc  2 segments_per_span + 2      .swc  10
-///     .vtp  21; 11 times the size of its decompressed arrays, which is at most 64 times the file
+///     .bcc  2 segments_per_span + 2      .swc  12
+///     .vtp  29; 16 times the size of its decompressed arrays, which is at most 64 times the file
 ///
 /// For a packed file this is counted of the unpacked one, and three times its size comes in
 /// addition. A file that unpacks to more than 64 times its size and 16 MiB is refused.
@@ -155,9 +160,9 @@ FCL_FIBERS_IO_EXPORT std::optional<FiberFormat> recognizeFormat(std::string_view
                                                                 const std::string& name);
 
 /// Writes Cem Yuksel's .hair. Coordinates are rounded to floats. The thickness is twice the radius;
-/// it is written by point if the scene has `point_radii` or `radii`. The format has no radii of
-/// segments, so if a segment of `radii` is thicker than both of its neighbours, the file makes the
-/// segment before it as thick. A closed fiber is recognizable only by its repeated last point.
+/// it is written by point if the scene has `radii`. The format has no radii of segments: a point
+/// then gets the larger one of its two segments. It has no branches, samples and types. A closed
+/// fiber is recognizable only by its repeated last point.
 ///
 /// Throws std::invalid_argument, before it opens the file, if the scene is empty, not as
 /// FiberPolylines requires, or too large for the format. The format has coordinates and thickness
