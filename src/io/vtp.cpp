@@ -223,25 +223,51 @@ class VtpParser {
     forFibers([&](std::size_t, std::size_t, std::size_t last, bool) { own(last); });
     forFibers([&](std::size_t, std::size_t first, std::size_t, bool) { own(first); });
 
+    if (!are_named) breakCircles(owners);
     scene.starts_at.assign(scene.fiberCount(), kNone);
     scene.ends_at = scene.starts_at;
     bool start = false, end = false;
     starts_at_.resize(are_named ? scene.fiberCount() : 0, kNone);
     ends_at_.resize(are_named ? scene.fiberCount() : 0, kNone);
     forFibers([&](std::size_t f, std::size_t first, std::size_t last, bool closes) {
-      const auto find = [&](std::int64_t id, std::int32_t& found, bool& any) {
-        const std::int32_t owner = id == kNone ? kNone : ownerOf(id);
-        if (owner < 0 || closes || owner == static_cast<std::int32_t>(first) ||
-            owner == static_cast<std::int32_t>(last))
-          return;
+      const auto find = [&](std::int64_t id, std::size_t own, std::int32_t& found) {
+        const std::int32_t owner = id == kNone || closes ? kNone : ownerOf(id);
+        const auto at = static_cast<std::size_t>(owner);
+        if (owner < 0 || at == own || (own == first && at > first && at <= last)) return false;
+        if (scene.points[at] != scene.points[own]) {
+          file_.refuse(file_.root(), "fiber ", f, own == first ? " starts" : " ends",
+                       " at another place than the point that its line names");
+        }
         found = owner;
-        any = true;
+        return true;
       };
-      find(are_named ? starts_at_[f] : ids_[first], scene.starts_at[f], start);
-      find(are_named ? ends_at_[f] : ids_[last], scene.ends_at[f], end);
+      start |= find(are_named ? starts_at_[f] : ids_[first], first, scene.starts_at[f]);
+      end |= find(are_named ? ends_at_[f] : ids_[last], last, scene.ends_at[f]);
     });
     if (!start) scene.starts_at = {};
     if (!end) scene.ends_at = {};
+  }
+
+  /// Of fibers that start at each other in a circle, one starts at none, and has its first point.
+  /// @param owners  by index of a point, as in findBranches()
+  void breakCircles(std::vector<std::int32_t>& owners) const {
+    const FiberPolylines& scene = parsed_.fibers;
+    // By fiber: one more than the fiber from which the way to its start was first gone.
+    std::vector<std::size_t> seen_from(scene.fiberCount(), 0);
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      for (std::size_t on = f; seen_from[on] == 0;) {
+        seen_from[on] = f + 1;
+        const std::size_t first = scene.point_begin[on];
+        if (first == scene.point_begin[on + 1]) break;
+        std::int32_t& owner = owners[static_cast<std::size_t>(ids_[first])];
+        const auto point = static_cast<std::size_t>(owner);
+        if (point == first) break;
+        const auto next =
+            std::upper_bound(scene.point_begin.begin(), scene.point_begin.end(), point);
+        on = static_cast<std::size_t>(next - scene.point_begin.begin()) - 1;
+        if (seen_from[on] == f + 1) owner = static_cast<std::int32_t>(first);
+      }
+    }
   }
 
   pugi::xml_node pointArray(const pugi::xml_node& piece) const {

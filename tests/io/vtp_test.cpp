@@ -276,6 +276,14 @@ TEST(VtpTest, LinesThatShareAPointBranch) {
   EXPECT_THAT(closed.closed, ElementsAre(1, 0));
   EXPECT_THAT(closed.starts_at, ElementsAre(-1, 0));
   EXPECT_THAT(closed.ends_at, IsEmpty());
+  // Lines that start at each other in a circle are one loop: no tree could hold them otherwise.
+  const FiberPolylines loop = read(linesOf("0 1 2 2 3 0 0 4", "3 6 8", 3));
+  EXPECT_THAT(loop.starts_at, ElementsAre(5, -1, 5));
+  EXPECT_THAT(loop.ends_at, ElementsAre(3, -1, -1));
+  // A line that starts and ends inside of itself starts at none.
+  const FiberPolylines lasso = read(linesOf("0 1 0 2 3 2", "6", 1));
+  EXPECT_THAT(lasso.starts_at, IsEmpty());
+  EXPECT_THAT(lasso.ends_at, ElementsAre(3));
   // Lines that cross share no end, and points of two pieces are never one.
   EXPECT_THAT(read(linesOf("0 1 2 3 1 4", "3 6", 2)).starts_at, IsEmpty());
   const std::string file = textFile();
@@ -292,6 +300,7 @@ TEST(VtpTest, NamedPointsAreOfTheFile) {
   EXPECT_TRUE(parsesSafely(withStarts("-1 -1"), kVtp));
   expectRefusal(withStarts("-1 5"), kVtp, "byte 212", "there is point 5 of 5");
   expectRefusal(withStarts("-2 -1"), kVtp, "byte 212", "there is point -2 of 5");
+  expectRefusal(withStarts("-1 1"), kVtp, "byte 1", "fiber 1 starts at another place than the");
   expectRefusal(withStarts("-1"), kVtp, "byte 212", "there are 1 numbers, but 2 cells");
 }
 
