@@ -12,6 +12,7 @@ Files are read by `read`, written by `write`, and shown in a notebook by `show`.
 """
 
 from . import _guard  # noqa: F401, before everything that it guards
+from ._arrays import PointRadii
 from ._contacts import Nodes, fiber_pairs
 from ._core import version as __version__
 from ._files import Fibers, FiberFileWarning, read, read_mesh, write
@@ -35,6 +36,7 @@ __all__ = [
     "Options",
     "Page",
     "PlaneShape",
+    "PointRadii",
     "Shape",
     "SphereShape",
     "TriangleMesh",

@@ -24,7 +24,12 @@ ArrayLike = npt.ArrayLike
 # One array, or one array for each fiber.
 Points = Union[npt.ArrayLike, Sequence[npt.ArrayLike]]
 
-ONE, PER_FIBER, PER_FIRST_POINT = range(3)
+ONE, PER_FIBER, PER_FIRST_POINT, PER_POINT = range(4)
+
+
+class PointRadii(np.ndarray):
+    """Radii at all points, between which segments taper, as read() returns them. Of an array of n
+    points: np.asarray(radii).view(PointRadii). Other arrays are of segments."""
 
 
 def unmasked(name: str, values: Any) -> np.ndarray:
@@ -222,6 +227,8 @@ def without_gaps(
     counts = end - begin
     packed = np.concatenate(([0], np.cumsum(counts)))
     kept = np.repeat(begin - packed[:-1], counts) + np.arange(packed[-1])
+    if kind == PER_POINT:
+        radii = radii[kept]
     if kind == PER_FIRST_POINT:
         radii = radii[kept]
         radii[packed[1:][counts > 0] - 1] = 0  # no segment starts there, so it may be NaN
@@ -242,6 +249,12 @@ def radii_of(radii: Any, points: np.ndarray, offsets: np.ndarray) -> Tuple[np.nd
     if radii is None:
         raise TypeError("radii are missing; give a number, or one for each fiber, segment or point")
     begin, end = begin_and_end(offsets)
+    if isinstance(radii, PointRadii):
+        if radii.shape != (len(points),):
+            raise ValueError(
+                f"radii at points have shape {radii.shape}; there are {len(points)} points"
+            )
+        return in_type_of(points, numbers("radii", radii)), PER_POINT
     is_joined = isinstance(radii, (list, tuple)) and len(radii) > 0 and np.ndim(radii[0]) > 0
     if is_joined:
         radii = joined_radii([numbers("radii", r) for r in radii], end - begin)

@@ -185,5 +185,13 @@ def read(
 ) -> tuple: ...
 def read_mesh(path: bytes, /) -> Tuple[np.ndarray, np.ndarray]: ...
 def write(
-    path: bytes, numbers: Numbers, layout: Layout, hair: bool, point_radii: np.ndarray, /
+    path: bytes,
+    numbers: Numbers,
+    layout: Layout,
+    hair: bool,
+    starts_at: Optional[np.ndarray],
+    ends_at: Optional[np.ndarray],
+    samples: Optional[np.ndarray],
+    types: Optional[np.ndarray],
+    /,
 ) -> None: ...

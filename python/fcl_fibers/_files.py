@@ -7,7 +7,7 @@ import os
 import secrets
 import warnings
 from numbers import Integral
-from typing import Any, Callable, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -27,17 +27,25 @@ class Fibers(_Arrays):
 
     points   (n, 3) float64
     offsets  (fibers + 1,) int64: fiber f has points[offsets[f]:offsets[f + 1]]
-    radii    a number; one for each point; or None if the file has none
+    radii    a number; PointRadii (n,), between which segments taper; or None if the file has none
     closed   (fibers,) bool, or None if no fiber is closed
 
-    Not among these four, because no tree takes it:
+    Not among these four are the following, each None if the file has none. write(path, fibers)
+    keeps them, and show(fibers) knows the branches.
 
-    point_radii  (n,) float64, the radii at the points as a file gives them, if they differ along a
-                 fiber; each of `radii` is then the larger of the two at a segment's ends. Else
-                 None. write(path, fibers) keeps them.
+    starts_at  (fibers,) int32: the point of another fiber that the first point of each repeats, or
+               -1, as in FiberTree.build()
+    ends_at    (fibers,) int32: the point of a fiber that the last point of each repeats, or -1
+    samples    (n,) int64: the sample of an .swc file that each point is. A segment is the piece
+               between a sample and its parent: contacts["segment_a"] is one of
+               samples[contacts["segment_a"] + 1]
+    types      (n,) int64: the types of these
     """
 
-    point_radii: Optional[np.ndarray] = None
+    starts_at: Optional[np.ndarray] = None
+    ends_at: Optional[np.ndarray] = None
+    samples: Optional[np.ndarray] = None
+    types: Optional[np.ndarray] = None
 
 
 class FiberFileWarning(UserWarning):
@@ -63,13 +71,16 @@ def read(
     """
     radius = None if radius is None else _arrays.number("radius", radius)
     segments_per_span = _arrays.integer("segments_per_span", segments_per_span)
-    *arrays, point_radii, remarks = _content(
+    arrays, more, remarks = _content(
         _core.read, path, radius, segments_per_span, _radius_from(radius_from)
     )
     for remark in remarks:
         warnings.warn(f"{os.fsdecode(path)}: {remark}", FiberFileWarning, stacklevel=2)
-    fibers = Fibers(*arrays)
-    fibers.point_radii = point_radii
+    points, offsets, radii, closed = arrays
+    if isinstance(radii, np.ndarray):
+        radii = radii.view(_arrays.PointRadii)
+    fibers = Fibers(points, offsets, radii, closed)
+    fibers.starts_at, fibers.ends_at, fibers.samples, fibers.types = more
     return fibers
 
 
@@ -115,18 +126,17 @@ def write(
 ) -> None:
     """Writes fibers to a file that ends in .vtp (ParaView), .hair or .txt, whole or not at all.
 
-    Fibers are passed as read() returns them, write(path, fibers), or as to FiberTree.build(). The
-    first keeps Fibers.point_radii, if `radii` are still those of their segments. Text has no place
-    for radii, and .hair rounds to float32. Both refuse fibers without points. Points of no fiber
-    are left out.
+    Fibers are passed as read() returns them, write(path, fibers), or as to FiberTree.build(). Files
+    hold PointRadii; of radii of segments, a point gets the larger one of its two. Branches, samples
+    and types are those of Fibers, and .vtp alone has a place for them. Text has none for radii, and
+    .hair rounds to float32. Both refuse fibers without points. Points of no fiber are left out.
     """
-    point_radii, radii = None, _arrays.one_of(radius, radii)
+    branches, samples, radii = (None, None), (None, None), _arrays.one_of(radius, radii)
     if isinstance(points, Fibers):
         if not (offsets is None and radii is None and closed is None):
             raise TypeError("fibers come with offsets, radii and closed; give them alone")
-        point_radii = points.point_radii
+        branches, samples = (points.starts_at, points.ends_at), (points.samples, points.types)
         points, offsets, radii, closed = points
-    kept = np.zeros(0) if point_radii is None else np.asarray(point_radii, float)
     path = os.fsdecode(path)
     ending = os.path.splitext(path)[1].lower()
     if ending not in (".vtp", ".hair", ".txt"):
@@ -134,9 +144,16 @@ def write(
         raise ValueError(f"{path!r}: give a file that ends in .vtp, .hair or .txt{packed}")
     array, begin = _arrays.points_and_offsets(points, offsets)
     values, kind = _arrays.radii_of(0.0 if radii is None else radii, array, begin)
+    if begin.ndim == 2 and any(more is not None for more in branches + samples):
+        raise ValueError("branches and samples need offsets (fibers + 1,), without gaps")
     array, begin, values = _arrays.without_gaps(array, begin, values, kind)
     layout = _arrays.layout_of(array, begin, closed)
     _check_readable(array, begin, values, closed)
+    places = branches_of(branches, array, begin)
+    numbers_of_points = [
+        None if given is None else _of_points(name, given, len(array))
+        for name, given in zip(("samples", "types"), samples)
+    ]
     empty = np.flatnonzero(begin[1:] == begin[:-1])
     if len(empty) > 0 and ending != ".vtp":
         raise ValueError(f"fiber {empty[0]} has no points; leave it out, or write a .vtp file")
@@ -151,13 +168,45 @@ def write(
         if ending == ".txt":
             _write_text(draft, array, begin)
         else:
-            _core.write(os.fsencode(draft), numbers, layout, ending == ".hair", kept)
+            is_hair = ending == ".hair"
+            _core.write(os.fsencode(draft), numbers, layout, is_hair, *places, *numbers_of_points)
         os.replace(draft, target)
     except BaseException as error:
         os.unlink(draft)
         if isinstance(error, RuntimeError):
             raise OSError(f"{path!r} cannot be written: {error}") from None
         raise
+
+
+def branches_of(
+    branches: Tuple[Optional[ArrayLike], Optional[ArrayLike]], points: np.ndarray, begin: np.ndarray
+) -> List[Optional[np.ndarray]]:
+    """Fibers.starts_at and ends_at as C++ takes them."""
+    arrays: List[Optional[np.ndarray]] = []
+    for name, given, own in zip(("starts_at", "ends_at"), branches, (begin[:-1], begin[1:] - 1)):
+        if given is None:
+            arrays.append(None)
+            continue
+        array = _arrays.whole(name, given, np.int32)
+        if len(array) != len(own):
+            raise ValueError(f"{name} are {len(array)} for {len(own)} fibers; give one for each")
+        wrong = (array < -1) | (array >= len(points)) | ((array >= 0) & (begin[1:] == begin[:-1]))
+        joined = np.flatnonzero(~wrong & (array >= 0))
+        wrong[joined] = (points[array[joined]] != points[own[joined]]).any(axis=1)
+        if wrong.any():
+            f = np.flatnonzero(wrong)[0]
+            raise ValueError(
+                f"{name} of fiber {f} is {array[f]}; give a point at the same place, or -1 for none"
+            )
+        arrays.append(array)
+    return arrays
+
+
+def _of_points(name: str, given: ArrayLike, count: int) -> np.ndarray:
+    array = _arrays.whole(name, given, np.int64)
+    if len(array) != count:
+        raise ValueError(f"{name} are {len(array)} for {count} points; give one for each")
+    return array
 
 
 def _check_readable(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-from typing import List, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 
@@ -10,6 +10,8 @@ def page(
     title: str,
     numbers: Numbers,
     layout: Layout,
+    starts_at: Optional[np.ndarray],
+    ends_at: Optional[np.ndarray],
     ignored_neighbors: int,
     margin: float,
     threads: int,

@@ -28,14 +28,6 @@
 namespace fcl_fibers::python {
 namespace {
 
-template <typename T>
-std::vector<T> numbersOf(const char* name, const py::object& array) {
-  if (array.is_none()) return {};
-  const py::array numbers = py::reinterpret_borrow<py::array>(array);
-  const T* const begin = requireArray<T>(name, numbers);
-  return std::vector<T>(begin, begin + numbers.size());
-}
-
 FiberLayout layoutOf(const py::array& offsets, const py::object& ends, const py::object& closed,
                      const py::object& groups, const py::object& meets,
                      const py::object& root_segments, const py::object& categories) {
@@ -66,7 +58,7 @@ auto withMesh(const py::array& points, const py::array& triangles, Use&& use) {
   return use(MeshArrays<double>{doubles, count, corners, triangle_count});
 }
 
-/// Returns what Fibers of Python's side hold, and the warnings.
+/// Returns the four arrays of Fibers of Python's side, what they hold besides, and the warnings.
 py::tuple readFile(const std::string& path, std::optional<double> radius, int segments_per_span,
                    std::string radius_from) {
   io::FiberFileOptions options;
@@ -80,17 +72,24 @@ py::tuple readFile(const std::string& path, std::optional<double> radius, int se
   }
   FiberPolylines& fibers = file.fibers;
   const py::dtype number = py::dtype::of<double>();
-  py::object radii = py::none(), closed = py::none(), point_radii = py::none();
+  py::object radii = py::none(), closed = py::none();
   if (file.has_radius) {
     radii = fibers.radii.empty() ? py::object(py::float_(fibers.radius))
                                  : py::object(toArray(std::move(fibers.radii), number));
   }
-  if (!fibers.point_radii.empty()) point_radii = toArray(std::move(fibers.point_radii), number);
   if (!fibers.closed.empty()) closed = toArray(std::move(fibers.closed), py::dtype::of<bool>());
   std::vector<std::int64_t> offsets(fibers.point_begin.begin(), fibers.point_begin.end());
-  return py::make_tuple(toArray(std::move(fibers.points), number, 3),
-                        toArray(std::move(offsets), py::dtype::of<std::int64_t>()), radii, closed,
-                        point_radii, std::move(file.warnings));
+  const auto orNone = [](auto& numbers) -> py::object {
+    if (numbers.empty()) return py::none();
+    using Number = typename std::decay_t<decltype(numbers)>::value_type;
+    return toArray(std::move(numbers), py::dtype::of<Number>());
+  };
+  return py::make_tuple(
+      py::make_tuple(toArray(std::move(fibers.points), number, 3),
+                     toArray(std::move(offsets), py::dtype::of<std::int64_t>()), radii, closed),
+      py::make_tuple(orNone(fibers.starts_at), orNone(fibers.ends_at), orNone(fibers.samples),
+                     orNone(fibers.types)),
+      std::move(file.warnings));
 }
 
 py::tuple readMeshFile(const std::string& path) {
@@ -105,10 +104,13 @@ py::tuple readMeshFile(const std::string& path) {
 }
 
 void writeFile(const std::string& path, const FiberNumbers& numbers, const FiberLayout& layout,
-               bool hair,
-               const py::array_t<double, py::array::c_style | py::array::forcecast>& point_radii) {
+               bool hair, const py::object& starts_at, const py::object& ends_at,
+               const py::object& samples, const py::object& types) {
   FiberPolylines fibers = polylinesOf(numbers, layout);
-  fibers.point_radii.assign(point_radii.data(), point_radii.data() + point_radii.size());
+  fibers.starts_at = numbersOf<std::int32_t>("starts_at", starts_at);
+  fibers.ends_at = numbersOf<std::int32_t>("ends_at", ends_at);
+  fibers.samples = numbersOf<std::int64_t>("samples", samples);
+  fibers.types = numbersOf<std::int64_t>("types", types);
   const Unlocked unlocked;
   hair ? io::writeHair(path, fibers) : io::exportFibers(path, fibers);
 }

@@ -3,12 +3,21 @@
 
 #include <cstddef>
 #include <cstring>
+#include <vector>
 
 #include <fcl_fibers/fiber_polylines.h>
 
 #include "arrays.h"
 
 namespace fcl_fibers::python {
+
+template <typename T>
+std::vector<T> numbersOf(const char* name, const py::object& array) {
+  if (array.is_none()) return {};
+  const py::array numbers = py::reinterpret_borrow<py::array>(array);
+  const T* const begin = requireArray<T>(name, numbers);
+  return std::vector<T>(begin, begin + numbers.size());
+}
 
 /// Returns a copy of fibers as polylines.
 inline FiberPolylines polylinesOf(const FiberNumbers& given, const FiberLayout& layout) {
@@ -24,6 +33,7 @@ inline FiberPolylines polylinesOf(const FiberNumbers& given, const FiberLayout& 
     fibers.radius = arrays.radii[0];
   } else {
     fibers.radii.reserve(arrays.point_count);
+    if (arrays.radii_are == Radii::kPerPoint) fibers.radii_are = Radii::kPerPoint;
   }
   for (std::size_t f = 0; f < arrays.fiber_count; ++f) {
     const std::size_t begin = arrays.point_begin[f], end = arrays.point_begin[f + 1];

@@ -39,10 +39,13 @@ tools::MeshFile meshOf(const py::array& points, const py::array& triangles) {
 }
 
 std::string page(const std::string& title, const FiberNumbers& numbers, const FiberLayout& layout,
-                 int ignored_neighbors, double margin, int threads, int depth,
-                 std::size_t most_points, const std::string& up,
+                 const py::object& starts_at, const py::object& ends_at, int ignored_neighbors,
+                 double margin, int threads, int depth, std::size_t most_points,
+                 const std::string& up,
                  const std::vector<std::pair<py::array, py::array>>& meshes) {
-  const FiberPolylines fibers = polylinesOf(numbers, layout);
+  FiberPolylines fibers = polylinesOf(numbers, layout);
+  fibers.starts_at = numbersOf<std::int32_t>("starts_at", starts_at);
+  fibers.ends_at = numbersOf<std::int32_t>("ends_at", ends_at);
   std::vector<tools::MeshFile> shown;
   for (const auto& [points, triangles] : meshes) shown.push_back(meshOf(points, triangles));
   tools::Request request;

@@ -66,14 +66,12 @@ def test_kinds_of_radii(tmp_path, ending):
     for radii, expected in [
         (0.5, [0.5] * 7),
         ([0.5, 0.25], [0.5] * 3 + [0.25] * 4),
-        ([0.5, 0.5, 0.25, 0.25, 0.25], [0.5, 0.5, 0.5, 0.25, 0.25, 0.25, 0.25]),
+        ([0.5, 0.5, 0.25, 0.25, 0.25], [0.5] * 3 + [0.25] * 4),
         (np.full(7, 0.5, np.float32), [0.5] * 7),
     ]:
         fcl_fibers.write(path, points, offsets, radii)
         found = fcl_fibers.read(path).radii
-        # The radius at the last point of a fiber is that of no segment.
-        found = np.broadcast_to(found, 7)[[0, 1, 3, 4, 5]]
-        assert found.tolist() == np.array(expected)[[0, 1, 3, 4, 5]].tolist()
+        assert np.broadcast_to(found, 7).tolist() == expected
     assert fcl_fibers.read(path, radius=3).radii == 3.0
 
 
@@ -82,32 +80,63 @@ def test_radii_at_points(tmp_path, ending):
     """A narrow place of one point would be lost where fibers are read and written."""
     path = tmp_path / "neuron.swc"
     path.write_text("1 1 0 0 0 3 -1\n2 3 1 0 0 .5 1\n3 3 2 0 0 3 2\n")
-    with pytest.warns(fcl_fibers.FiberFileWarning, match="Radii differ"):
-        fibers = fcl_fibers.read(path)
-    assert fibers.radii.tolist() == [3, 3, 3] and len(fibers) == 4
-    assert fibers.point_radii.tolist() == [3, 0.5, 3] and fibers.point_radii.dtype == np.float64
-    fcl_fibers.FiberTree().build(*fibers)
+    fibers = fcl_fibers.read(path)
+    assert isinstance(fibers.radii, fcl_fibers.PointRadii) and len(fibers) == 4
+    assert fibers.radii.tolist() == [3, 0.5, 3] and fibers.radii.dtype == np.float64
     out = tmp_path / f"out.{ending}"
 
-    def written(fibers, *more):
-        fcl_fibers.write(out, fibers, *more)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", fcl_fibers.FiberFileWarning)
-            return fcl_fibers.read(out)
+    def written(*fibers):
+        fcl_fibers.write(out, *fibers)
+        return fcl_fibers.read(out)
 
-    assert written(fibers).point_radii.tolist() == [3, 0.5, 3]
-    assert written(copy.deepcopy(fibers)).point_radii.tolist() == [3, 0.5, 3]
-    assert written(pickle.loads(pickle.dumps(fibers))).point_radii.tolist() == [3, 0.5, 3]
-    # Of other radii those are not the points', and neither are they where arrays are given.
-    changed = fcl_fibers.Fibers(fibers.points, fibers.offsets, 2.0, None)
-    assert changed.point_radii is None
-    changed.point_radii = fibers.point_radii
-    found = written(changed)
-    assert found.radii == 2 and found.point_radii is None
-    assert written(*fibers).point_radii is None
+    for given in (fibers, copy.deepcopy(fibers), pickle.loads(pickle.dumps(fibers))):
+        assert written(given).radii.tolist() == [3, 0.5, 3]
+        assert written(*given).radii.tolist() == [3, 0.5, 3]
+    # A segment's radius is that of both its ends, if it is not less than that of its neighbor.
+    plain = np.asarray(fibers.radii)
+    assert written(fibers.points, fibers.offsets, plain).radii.tolist() == [3, 3, 0.5]
     for more in ([0, 3], None, 1.0), ([0, 3],):
         with pytest.raises(TypeError, match="fibers come with"):
             fcl_fibers.write(out, fibers, *more)
+    with pytest.raises(ValueError, match="radii at points have shape"):
+        fcl_fibers.write(out, fibers.points, fibers.offsets, fibers.radii[:2])
+    # The tree has cones: at the narrow place nothing is 1 away from the axis.
+    tree = fcl_fibers.FiberTree()
+    tree.build(*fibers)
+    assert len(tree.pairs(fcl_fibers.SphereShape((1, 1.3, 0), 0.1))) == 0
+    tree.build(fibers.points, fibers.offsets, plain)
+    assert len(tree.pairs(fcl_fibers.SphereShape((1, 1.3, 0), 0.1))) == 1
+
+
+def test_branches_and_samples(tmp_path):
+    """A neuron would fall apart into fibers, and nobody could find a contact in its file."""
+    path = tmp_path / "neuron.swc"
+    rows = ["1 1 0 0 0 3 -1", "2 3 1 0 0 .5 1", "5 3 2 0 0 3 2", "4 2 1 1 0 1 2"]
+    path.write_text("\n".join(rows) + "\n")
+    fibers = fcl_fibers.read(path)
+    assert fibers.starts_at.tolist() == [-1, 1, 1] and fibers.starts_at.dtype == np.int32
+    assert fibers.ends_at is None
+    assert fibers.samples.tolist() == [1, 2, 2, 5, 2, 4] and fibers.samples.dtype == np.int64
+    assert fibers.types.tolist() == [1, 3, 3, 3, 3, 2]
+    out = tmp_path / "out.vtp"
+    fibers.ends_at = np.array([-1, -1, -1])
+    fcl_fibers.write(out, fibers)
+    found = fcl_fibers.read(out)
+    for name in ("points", "offsets", "radii", "starts_at", "samples", "types"):
+        assert getattr(found, name).tolist() == getattr(fibers, name).tolist(), name
+    assert found.ends_at is None
+    assert '"contacts":0' in fcl_fibers.show(fibers).html
+    for name, wrong, error in (
+        ("starts_at", [-1, 1], "starts_at are 2 for 3 fibers"),
+        ("starts_at", [-1, 1, 6], "starts_at of fiber 2 is 6"),
+        ("starts_at", [-2, 1, 1], "starts_at of fiber 0 is -2"),
+        ("ends_at", [-1, 0, -1], "ends_at of fiber 1 is 0"),
+        ("samples", [1], "samples are 1 for 6 points"),
+    ):
+        broken = copy.copy(fibers)
+        setattr(broken, name, wrong)
+        with pytest.raises(ValueError, match=error):
+            fcl_fibers.write(out, broken)
 
 
 def test_where_radii_are(tmp_path):

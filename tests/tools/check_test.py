@@ -97,6 +97,27 @@ class Check(ProgramTest):
             others = self.segments(path, "-r", 0.04, *options)
             self.assertEqual(sorted(others), sorted(found))
 
+    def test_samples_of_a_neuron(self):
+        """Nobody could find a contact in the file again, or branches would touch themselves."""
+        rows = ("1 1 0 0 0 .2 -1", "2 3 10 0 0 .1 1", "7 3 20 0 0 .1 2", "5 2 10 5 0 .2 2")
+        text = "\n".join((*rows, "9 2 20 .15 0 .1 5")) + "\n"
+        neuron = self.write("neuron.swc", text)
+        found = json.loads(self.run_program("check", neuron, "--json", code=1))["contacts"]
+        self.assertEqual(len(found), 1)
+        a, b = ({"sample": found[0]["sample_" + s], "type": found[0]["type_" + s]} for s in "ab")
+        self.assertEqual((a, b), ({"sample": 7, "type": 3}, {"sample": 9, "type": 2}))
+        csv = self.run_program("check", neuron, "--csv", code=1).splitlines()
+        self.assertTrue(csv[0].endswith(",sample_a,type_a,sample_b,type_b"))
+        self.assertTrue(csv[1].endswith(",7,3,9,2"))
+        self.assertRegex(self.run_program("check", neuron, code=1), r"\n +\d.* 7 +3 +9 +2\n")
+        # Against fibers that have none.
+        other = self.write("other.txt", "15 -1 0\n15 1 0\n")
+        call = ("check", neuron, "--against", other, "-r", 0.1)
+        self.assertTrue(self.run_program(*call, "--csv", code=1).rstrip().endswith(",7,3,,"))
+        found = json.loads(self.run_program(*call, "--json", code=1))["contacts"]
+        self.assertEqual(found[0]["sample_a"], 7)
+        self.assertNotIn("sample_b", found[0])
+
     def test_writes_the_list_to_a_file(self):
         path = self.folder / "contacts.csv"
         self.assertEqual(

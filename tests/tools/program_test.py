@@ -297,23 +297,39 @@ class Info(ProgramTest):
             "length zero, whose points coincide: 1",
             "join two fibers: 1",
             "the file holds no radius",
-            "begin where another one does, which may be copies: 1",
+            "begin at the same place as another one, and so touch it there, because the file tells "
+            "no branches: 1",
         ):
             self.assertIn(expected, text)
         self.assertIn("shorter than wide", self.run_program("info", path, "-r", 0.6))
         far = self.write("far.txt", "1e9 0 0\n1e9 1 0\n1e9 2 0\n")
         self.assertIn("million times its size", self.run_program("info", far, "-r", 0.1))
 
-    def test_branches_are_no_copies(self):
-        """A neuron would be told to have hundreds of copies of its fibers."""
+    def test_tapers_and_branches_are_told(self):
+        """A neuron would be told to have hundreds of fibers that begin where another one does."""
         rows = [
-            "1 1 0 0 0 1 -1",
+            "1 1 0 0 0 4 -1",
             "2 3 5 0 0 1 1",
             "3 3 9 1 0 1 2",
             "4 3 9 -1 0 1 2",
             "5 3 9 0 1 1 2",
         ]
-        self.assertNotIn("copies", self.run_program("info", self.write("n.swc", "\n".join(rows))))
+        path = self.write("n.swc", "\n".join(rows) + "\n")
+        text = self.run_program("info", path)
+        self.assertRegex(text, r"branches +3 fibers start at another one\n")
+        self.assertRegex(text, r"tapers +1 segment, by up to 4 to 1\n")
+        self.assertNotIn("begin at", text)
+        told = json.loads(self.run_program("info", path, "--json"))
+        self.assertEqual(told["tapers"], {"segments": 1, "largest_ratio": 4})
+        self.assertEqual(
+            told["branches"], {"fibers_that_start_at_others": 3, "fibers_that_end_at_others": 0}
+        )
+        # .vtp keeps all of it, and is told what is lost elsewhere.
+        vtp = self.folder / "n.vtp"
+        self.run_program("convert", path, "-o", vtp)
+        self.assertEqual(self.run_program("info", vtp).replace("n.vtp", "n.swc"), text)
+        call = self.call("convert", path, "-o", self.folder / "n.hair")
+        self.assertIn(".hair has no place for branches, samples and types", call.stderr)
 
     def test_numbers_too_large_to_compute_with(self):
         """The error would be that of a function that no user knows, without the file."""
