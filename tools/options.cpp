@@ -168,7 +168,9 @@ void addConvert(CLI::App& command, Arguments& arguments) {
   addRadius(command, arguments, false);
   command.footer(
       "No radius is needed. Radii of points are kept, except in .txt, which has no place for them. "
-      "What\nelse a file holds is not, and is warned of.");
+      ".vtp\nkeeps branches, and samples of neurons, too. What else a file holds is not kept, and "
+      "is "
+      "warned of.");
 }
 
 void addInfo(CLI::App& command, Arguments& arguments) {

@@ -9,7 +9,6 @@ Without files, the script makes two neurons. Lengths are in micrometres.
 
 import sys
 import tempfile
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +16,6 @@ import numpy as np
 import fcl_fibers
 
 NEAR = 2.0
-# Neurons branch, and their radii differ along a branch.
-warnings.simplefilter("ignore", fcl_fibers.FiberFileWarning)
 
 
 def make_neuron(path, soma, seed):

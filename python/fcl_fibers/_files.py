@@ -36,9 +36,8 @@ class Fibers(_Arrays):
     starts_at  (fibers,) int32: the point of another fiber that the first point of each repeats, or
                -1, as in FiberTree.build()
     ends_at    (fibers,) int32: the point of a fiber that the last point of each repeats, or -1
-    samples    (n,) int64: the sample of an .swc file that each point is. A segment is the piece
-               between a sample and its parent: contacts["segment_a"] is one of
-               samples[contacts["segment_a"] + 1]
+    samples    (n,) int64: the sample of an .swc file that each point is. A segment goes to a sample
+               from its parent, so samples[contacts["a"] + 1] tell the first segments of contacts
     types      (n,) int64: the types of these
     """
 
