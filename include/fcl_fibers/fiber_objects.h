@@ -27,9 +27,9 @@ template <typename S>
 FCL_FIBERS_EXPORT std::vector<fcl::Transform3<S>> segmentPoses(const FiberPolylines& scene);
 
 /// One object per segment, fiber after fiber, each with a capsule of its own at the pose of
-/// segmentPoses(). FCL has no shape that tapers, so where the radii at the ends of a segment differ,
-/// its capsule has the larger one. Throws as segmentPoses() does, if a radius is negative or not finite in S, and
-/// if `radii` is neither empty nor one for each point.
+/// segmentPoses(). FCL has no shape that tapers, so where the radii at the ends of a segment
+/// differ, its capsule has the larger one. Throws as segmentPoses() does, if a radius is negative
+/// or not finite in S, and if `radii` is neither empty nor one for each point.
 template <typename S>
 FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<S>>> makeObjects(
     const FiberPolylines& scene);

@@ -130,11 +130,12 @@ def write(
     and types are those of Fibers, and .vtp alone has a place for them. Text has none for radii, and
     .hair rounds to float32. Both refuse fibers without points. Points of no fiber are left out.
     """
-    branches, samples, radii = (None, None), (None, None), _arrays.one_of(radius, radii)
+    more: List[Optional[ArrayLike]] = [None] * 4
+    radii = _arrays.one_of(radius, radii)
     if isinstance(points, Fibers):
         if not (offsets is None and radii is None and closed is None):
             raise TypeError("fibers come with offsets, radii and closed; give them alone")
-        branches, samples = (points.starts_at, points.ends_at), (points.samples, points.types)
+        more = [points.starts_at, points.ends_at, points.samples, points.types]
         points, offsets, radii, closed = points
     path = os.fsdecode(path)
     ending = os.path.splitext(path)[1].lower()
@@ -143,16 +144,15 @@ def write(
         raise ValueError(f"{path!r}: give a file that ends in .vtp, .hair or .txt{packed}")
     array, begin = _arrays.points_and_offsets(points, offsets)
     values, kind = _arrays.radii_of(0.0 if radii is None else radii, array, begin)
-    if begin.ndim == 2 and any(more is not None for more in branches + samples):
+    if begin.ndim == 2 and any(numbers is not None for numbers in more):
         raise ValueError("branches and samples need offsets (fibers + 1,), without gaps")
     array, begin, values = _arrays.without_gaps(array, begin, values, kind)
     layout = _arrays.layout_of(array, begin, closed)
     _check_readable(array, begin, values, closed)
-    places = branches_of(branches, array, begin)
-    numbers_of_points = [
-        None if given is None else _of_points(name, given, len(array))
-        for name, given in zip(("samples", "types"), samples)
-    ]
+    starts_at, ends_at = branches_of(more[0], more[1], array, begin)
+    samples, types = (
+        _of_points(name, given, len(array)) for name, given in zip(("samples", "types"), more[2:])
+    )
     empty = np.flatnonzero(begin[1:] == begin[:-1])
     if len(empty) > 0 and ending != ".vtp":
         raise ValueError(f"fiber {empty[0]} has no points; leave it out, or write a .vtp file")
@@ -168,7 +168,9 @@ def write(
             _write_text(draft, array, begin)
         else:
             is_hair = ending == ".hair"
-            _core.write(os.fsencode(draft), numbers, layout, is_hair, *places, *numbers_of_points)
+            _core.write(
+                os.fsencode(draft), numbers, layout, is_hair, starts_at, ends_at, samples, types
+            )
         os.replace(draft, target)
     except BaseException as error:
         os.unlink(draft)
@@ -178,14 +180,16 @@ def write(
 
 
 def branches_of(
-    branches: Tuple[Optional[ArrayLike], Optional[ArrayLike]], points: np.ndarray, begin: np.ndarray
-) -> List[Optional[np.ndarray]]:
+    starts_at: Optional[ArrayLike],
+    ends_at: Optional[ArrayLike],
+    points: np.ndarray,
+    begin: np.ndarray,
+) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
     """Fibers.starts_at and ends_at as C++ takes them."""
-    arrays: List[Optional[np.ndarray]] = []
-    for name, given, own in zip(("starts_at", "ends_at"), branches, (begin[:-1], begin[1:] - 1)):
+
+    def checked(name: str, given: Optional[ArrayLike], own: np.ndarray) -> Optional[np.ndarray]:
         if given is None:
-            arrays.append(None)
-            continue
+            return None
         array = _arrays.whole(name, given, np.int32)
         if len(array) != len(own):
             raise ValueError(f"{name} are {len(array)} for {len(own)} fibers; give one for each")
@@ -197,11 +201,14 @@ def branches_of(
             raise ValueError(
                 f"{name} of fiber {f} is {array[f]}; give a point at the same place, or -1 for none"
             )
-        arrays.append(array)
-    return arrays
+        return array
+
+    return checked("starts_at", starts_at, begin[:-1]), checked("ends_at", ends_at, begin[1:] - 1)
 
 
-def _of_points(name: str, given: ArrayLike, count: int) -> np.ndarray:
+def _of_points(name: str, given: Optional[ArrayLike], count: int) -> Optional[np.ndarray]:
+    if given is None:
+        return None
     array = _arrays.whole(name, given, np.int64)
     if len(array) != count:
         raise ValueError(f"{name} are {len(array)} for {count} points; give one for each")

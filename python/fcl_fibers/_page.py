@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import html
 import os
-from typing import Optional, Sequence, Tuple, Union
+from typing import Optional, Sequence, Union
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class Page:
 
 
 def show(
-    points: Points,
+    points: Union[Points, Fibers],
     offsets: Optional[ArrayLike] = None,
     radii: Optional[Points] = None,
     closed: Optional[ArrayLike] = None,
@@ -57,8 +57,8 @@ def show(
 ) -> Page:
     """Shows fibers, their contacts and the volumes of the tree, which can be turned and picked.
 
-    points, offsets, radii, closed, radius    as in FiberTree.build(), or Fibers: show(fibers), which
-                                      knows where they branch
+    points, offsets, radii, closed, radius    as in FiberTree.build(), or Fibers, which tell where
+                                      they branch: show(fibers)
     meshes                            where they are now
     ignored_neighbors, margin, threads    as in FiberTree; pairs that touch are marked
     depth        deepest level of volumes that the page can show, 0 to 8
@@ -76,22 +76,23 @@ def show(
         raise ValueError(f"depth is {depth}; give 0 to 8")
     if _arrays.integer("most_points", most_points, np.int64) < 1000:
         raise ValueError(f"most_points is {most_points}; give at least 1000")
-    branches: Tuple[Optional[ArrayLike], Optional[ArrayLike]] = (None, None)
+    starts_at, ends_at = None, None
     if isinstance(points, Fibers):
         if not (offsets is None and radii is None and closed is None):
             raise TypeError("fibers come with offsets, radii and closed; give them alone")
-        branches = points.starts_at, points.ends_at
+        starts_at, ends_at = points.starts_at, points.ends_at
         points, offsets, radii, closed = points
         radii = radii if radius is None else None  # as for a file
     array, begin = _arrays.points_and_offsets(points, offsets)
     numbers, kind = _arrays.radii_of(_arrays.one_of(radius, radii), array, begin)
     array, begin, numbers = _arrays.without_gaps(array, begin, numbers, kind)
+    branches = branches_of(starts_at, ends_at, array, begin)
     try:
         text = _program.page(
             str(title),
             _core.Numbers(array, numbers, kind),
             _arrays.layout_of(array, begin, closed),
-            *branches_of(branches, array, begin),
+            *branches,
             _arrays.integer("ignored_neighbors", ignored_neighbors),
             _arrays.number("margin", margin),
             _arrays.integer("threads", threads),

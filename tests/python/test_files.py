@@ -8,7 +8,6 @@ import pathlib
 import pickle
 import resource
 import stat
-import warnings
 
 import numpy as np
 import pytest
