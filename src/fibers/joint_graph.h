@@ -67,7 +67,7 @@ class JointGraph {
     return share_point || (goes_beyond_ && areNear(x, y));
   }
 
-  std::size_t memoryUsage() const;
+  FCL_FIBERS_TREE_EXPORT std::size_t memoryUsage() const;
 
  private:
   using Node = std::int32_t;  ///< all places that are one point
