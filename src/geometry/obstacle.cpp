@@ -6,6 +6,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "geometry/cone_box.h"
 #include "geometry/double_double.h"
 #include "geometry/least_distance.h"
 #include "geometry/obstacle_impact.h"
@@ -246,16 +247,22 @@ bool planeWithin(const Segment& segment, const Obstacle& plane, double reach, bo
   const Vec3d a = segment.a - plane.point, b = segment.b - plane.point;
   const double at_a = dot(plane.vector[0], a) - plane.offset,
                at_b = dot(plane.vector[0], b) - plane.offset;
+  // By how much the balls at the ends are smaller than the reach has it.
+  const double less_a = segment.radius - segment.radiusAtA(),
+               less_b = segment.radius - segment.radiusAtB();
   // 16 eps are due to the normal, the others to products and sums.
-  const double rounding = 24 * kEps * (norm1(a) + norm1(b) + std::fabs(plane.offset));
+  const double rounding =
+      24 * kEps * (norm1(a) + norm1(b) + std::fabs(plane.offset) + std::fabs(segment.taper));
   const double most = reach + rounding;
-  const bool is_above = std::min(at_a, at_b) > most, is_below = std::max(at_a, at_b) < -most;
+  const bool is_above = std::min(at_a + less_a, at_b + less_b) > most,
+             is_below = std::max(at_a - less_a, at_b - less_b) < -most;
   return !is_above && (is_halfspace || !is_below);
 }
 
 }  // namespace
 
 ClosestOnBox closestPoints(const Segment& capsule, const Obstacle& box) {
+  if (capsule.isTapered()) return closestOfCone(capsule, box);
   const double size = sizeOf(capsule, box);
   if (size == 0) return {0, {0, 0, 0}, {0, 0, 0}};
   if (!isWellScaled(size)) {
@@ -308,7 +315,8 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
   const Vec3d(&v)[3] = obstacle.vector;
   switch (obstacle.kind) {
     case Obstacle::Kind::kBox:
-      return boxWithin(capsule, obstacle, reach);
+      return capsule.isTapered() ? coneTouchesBox(capsule, obstacle, margin, error)
+                                 : boxWithin(capsule, obstacle, reach);
     case Obstacle::Kind::kHalfspace:
     case Obstacle::Kind::kPlane:
       return planeWithin(capsule, obstacle, reach, obstacle.kind == Obstacle::Kind::kHalfspace);
@@ -320,7 +328,8 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
       return touch(capsule, axis, near, errors);
     }
     case Obstacle::Kind::kPolytope:
-      return polytopeWithin(capsule, obstacle, reach);
+      return capsule.isTapered() ? coneWithinPolytope(capsule, obstacle, near, errors)
+                                 : polytopeWithin(capsule, obstacle, reach);
     case Obstacle::Kind::kNone:
       break;
   }

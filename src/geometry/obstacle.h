@@ -78,9 +78,9 @@ inline Segment aroundOf(const Obstacle& obstacle) {
 /// An obstacle in another frame. Of one that overflows nothing is known.
 FCL_FIBERS_TREE_EXPORT Obstacle inFrame(const FrameChange& change, const Obstacle& obstacle);
 
-/// Whether a capsule and an obstacle are at most `margin` apart. The answer is never false if they
-/// are. It is wrongly true only if they are further apart by at most a few ulp of the coordinates
-/// and the errors, or if these are not finite.
+/// Whether a capsule or rounded cone and an obstacle are at most `margin` apart. The answer is
+/// never false if they are. It is wrongly true only if they are further apart by at most a few ulp
+/// of the coordinates and radii and by the errors, or if these are not finite.
 /// @param error  bounds the error of both end points of the capsule
 /// @pre the segment is not a box
 bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, double error);
@@ -91,7 +91,8 @@ FCL_FIBERS_TREE_EXPORT bool touch(const MovingSegment& capsule, const Obstacle& 
                                   double margin, double error);
 
 /// Two closest points of the axis of a capsule and a box. If many are closest, as for an axis along
-/// a face, this is one such pair.
+/// a face, this is one such pair. Of a rounded cone it is the center of the closest ball and the
+/// point of the box that is closest to it. Its axis may reach deeper into the box elsewhere.
 struct ClosestOnBox {
   double s;     ///< capsule.a + s (capsule.b - capsule.a); 0 to 1, and 0 where a = b
   double t[3];  ///< box.point + the sum of t[i] box.vector[i]; each from -1 to 1
