@@ -66,43 +66,71 @@ bool findOnBox(const MovingSegment& p, const Obstacle& box, double near, double 
   return true;
 }
 
+/// The radius at either end of the axis, at the start and at the end of a step.
+struct Radii {
+  double at[2][2];
+
+  explicit Radii(const MovingSegment& p)
+      : at{{p.start.radiusAtA(), p.end.radiusAtA()}, {p.start.radiusAtB(), p.end.radiusAtB()}} {}
+};
+
 /// Conservative advancement, as Advancement does it, along directions that are fixed during a step.
-/// The polytope's furthest vertex stays the same along one, so the gap of each end of the axis
+/// The obstacle's furthest point stays the same along one, so the gap of each end of the axis
 /// changes linearly.
+/// @param nearestOf  returns the NearestToPolytope of an axis or a cone
 /// @pre products of their lengths neither overflow nor vanish
-bool advanceToPolytope(const MovingSegment& p, const Obstacle& polytope, double size, double near,
-                       double errors, bool only_nearer, Impact& impact) {
+template <class NearestOf>
+bool advance(const MovingSegment& p, const Vec3d& point, double size, double near, double errors,
+             bool only_nearer, NearestOf&& nearestOf, Impact& impact) {
   // As for other shapes; see toleranceFor() and Advancement::slack().
   constexpr int kRoundsAtFullPrecision = 4096;
   const double tolerance = toleranceFor(size), slack = 0x1p-9 * tolerance;
-  double reach = (p.start.radius + near) * (1 + 4 * kEps) + errors;
-  const double growth = (p.end.radius - p.start.radius) * (1 + 4 * kEps);
+  const Radii radii(p);
+  double reach[2], growth[2];
+  for (int end = 0; end < 2; ++end) {
+    const double(&radius)[2] = radii.at[end];
+    reach[end] = (radius[0] + near) * (1 + 4 * kEps) + errors +
+                 4 * kEps * (std::fabs(p.start.taper) + std::fabs(p.end.taper));
+    growth[end] = (radius[1] - radius[0]) * (1 + 4 * kEps);
+  }
   const Vec3d rate[2] = {p.end.a - p.start.a, p.end.b - p.start.b};
-  const auto axisAt = [&](double time) -> Segment {
-    return {p.start.a + time * rate[0], p.start.b + time * rate[1], 0};
+  const auto coneAt = [&](double time) {
+    return Segment::cone(p.start.a + time * rate[0], p.start.b + time * rate[1],
+                         radii.at[0][0] + time * (radii.at[0][1] - radii.at[0][0]),
+                         radii.at[1][0] + time * (radii.at[1][1] - radii.at[1][0]));
+  };
+  const auto between = [](const double(&ends)[2], double s) {
+    return ends[0] + s * (ends[1] - ends[0]);
   };
   if (only_nearer) {
-    const double distance = nearestToPolytope(axisAt(0), polytope).distance;
-    if (distance <= reach + tolerance / 2) reach = distance - 2 * tolerance;
+    const NearestToPolytope nearest = nearestOf(coneAt(0));
+    const double before = between(reach, nearest.s);
+    if (nearest.distance <= before + tolerance / 2) {
+      for (double& r : reach) r = nearest.distance - 2 * tolerance + (r - before);
+    }
   }
   double accepted = tolerance / 2, time = 0;
   for (int round = 0;; ++round) {
-    const Segment axis = axisAt(time);
-    NearestToPolytope nearest = nearestToPolytope(axis, polytope);
+    const Segment cone = coneAt(time);
+    NearestToPolytope nearest = nearestOf(cone);
+    double level[2] = {reach[0] + time * growth[0], reach[1] + time * growth[1]};
+    const double near_level = between(level, nearest.s);
     // Nothing parts them then, so that only radii that grow bring them nearer.
-    if (nearest.distance <= tolerance / 4) nearest = {nearest.s, nearest.distance, {0, 0, 0}, 0};
-    const double level = reach + time * growth;
-    if (!(nearest.distance > level + accepted)) {
+    if (nearest.distance <= tolerance / 4) {
+      nearest = {nearest.s, nearest.distance, {0, 0, 0}, 0};
+      level[0] = level[1] = near_level;
+    }
+    if (!(nearest.distance > near_level + accepted)) {
       impact = {time, nearest.s, 0};
       return true;
     }
     const Vec3d& n = nearest.direction;
-    const double at[2] = {dot(n, axis.a - polytope.point), dot(n, axis.b - polytope.point)};
+    const double at[2] = {dot(n, cone.a - point), dot(n, cone.b - point)};
     const double first = std::min(at[0], at[1]);
     double step = std::numeric_limits<double>::infinity();
     for (int end = 0; end < 2; ++end) {
-      const double gap = nearest.least_along + (at[end] - first) - level - slack;
-      step = std::min(step, firstRoot(gap, dot(n, rate[end]) - growth, 0));
+      const double gap = nearest.least_along + (at[end] - first) - level[end] - slack;
+      step = std::min(step, firstRoot(gap, dot(n, rate[end]) - growth[end], 0));
     }
     if (step > 1 - time) return false;
     time += step;
@@ -110,25 +138,41 @@ bool advanceToPolytope(const MovingSegment& p, const Obstacle& polytope, double 
   }
 }
 
-bool findOnPolytope(const MovingSegment& p, const Obstacle& polytope, double near, double errors,
-                    bool only_nearer, Impact& impact) {
+/// The ball of a cone that is nearest to a box.
+NearestToPolytope nearestToBox(const Segment& cone, const Obstacle& box) {
+  const ClosestOnBox closest = closestPoints(cone, box);
+  const double distance = safeNorm(closest.apart);
+  if (distance == 0) return {closest.s, 0, {0, 0, 0}, 0};
+  const Vec3d n = (-1 / distance) * closest.apart;
+  double least = std::min(dot(n, cone.a - box.point), dot(n, cone.b - box.point));
+  for (const Vec3d& v : box.vector) least -= std::fabs(dot(n, v));
+  return {closest.s, distance, n, least};
+}
+
+/// Of a polytope or, if the capsule is tapered, a box.
+bool findByAdvance(const MovingSegment& p, const Obstacle& obstacle, double near, double errors,
+                   bool only_nearer, Impact& impact) {
   // Of two scales the one that brings the larger of both ends near one.
-  const double size = std::max(sizeOfPair(p.start, polytope), sizeOfPair(p.end, polytope)) +
+  const double size = std::max(sizeOfPair(p.start, obstacle), sizeOfPair(p.end, obstacle)) +
                       std::max(p.start.radius, p.end.radius);
   const Segment& larger =
-      sizeOfPair(p.start, polytope) < sizeOfPair(p.end, polytope) ? p.end : p.start;
+      sizeOfPair(p.start, obstacle) < sizeOfPair(p.end, obstacle) ? p.end : p.start;
   if (size > 0x1p-150 && size < 0x1p150) {
-    return advanceToPolytope(p, polytope, size, near, errors, only_nearer, impact);
+    const auto nearestOf = [&](const Segment& cone) {
+      return obstacle.kind == Obstacle::Kind::kBox ? nearestToBox(cone, obstacle)
+                                                   : nearestToPolytope(cone, obstacle);
+    };
+    return advance(p, obstacle.point, size, near, errors, only_nearer, nearestOf, impact);
   }
   impact = {0, 0, 0};
-  const double scale = scaleOfPair(larger, polytope);
+  const double scale = scaleOfPair(larger, obstacle);
   if (scale == 0 || scale == 1 || !std::isfinite(size)) return !(size == 0 && only_nearer);
   const auto inScale = [scale](const Segment& s) -> Segment {
-    return {scale * s.a, scale * s.b, scale * s.radius};
+    return {scale * s.a, scale * s.b, scale * s.radius, scale * s.taper};
   };
-  return findOnPolytope({inScale(p.start), inScale(p.end)}, scaled(polytope, scale),
-                        std::min(scale * near, 0x1p150), std::min(scale * errors, 0x1p150),
-                        only_nearer, impact);
+  return findByAdvance({inScale(p.start), inScale(p.end)}, scaled(obstacle, scale),
+                       std::min(scale * near, 0x1p150), std::min(scale * errors, 0x1p150),
+                       only_nearer, impact);
 }
 
 /// The distance of each end of the axis changes linearly.
@@ -136,7 +180,8 @@ bool findOnPlane(const MovingSegment& p, const Obstacle& plane, double near, dou
                  bool only_nearer, Impact& impact) {
   const Vec3d ends[2][2] = {{p.start.a - plane.point, p.end.a - plane.point},
                             {p.start.b - plane.point, p.end.b - plane.point}};
-  double gap[2][2], size = 0, rounding = 0;
+  double gap[2][2], size = 0;
+  double rounding = 32 * kEps * (std::fabs(p.start.taper) + std::fabs(p.end.taper));
   for (int end = 0; end < 2; ++end) {
     for (int time = 0; time < 2; ++time) {
       gap[end][time] = dot(plane.vector[0], ends[end][time]) - plane.offset;
@@ -146,20 +191,27 @@ bool findOnPlane(const MovingSegment& p, const Obstacle& plane, double near, dou
   }
   const bool is_plane = plane.kind == Obstacle::Kind::kPlane;
   const double side = is_plane && std::max(gap[0][0], gap[1][0]) < 0 ? -1 : 1;
-  const double nearest = std::min(side * gap[0][0], side * gap[1][0]);
-  double reach[2], radius[2] = {p.start.radius, p.end.radius};
-  for (int time = 0; time < 2; ++time) {
-    reach[time] = (radius[time] + near) * (1 + 4 * kEps) + error + rounding;
+  const Radii radii(p);
+  double reach[2][2];
+  for (int end = 0; end < 2; ++end) {
+    for (int time = 0; time < 2; ++time) {
+      reach[end][time] = (radii.at[end][time] + near) * (1 + 4 * kEps) + error + rounding;
+    }
   }
-  size += norm1(p.start.b - p.start.a) + norm1(p.end.b - p.end.a) + radius[0] + radius[1];
-  if (only_nearer && nearest <= reach[0] + toleranceFor(size) / 2) {
-    if (is_plane && nearest < 0) return false;
-    reach[0] = nearest - 2 * toleranceFor(size);
-    reach[1] = reach[0] + (radius[1] - radius[0]);
+  size += norm1(p.start.b - p.start.a) + norm1(p.end.b - p.end.a) + p.start.radius + p.end.radius;
+  const double most = std::max(reach[0][0], reach[1][0]);
+  const double less[2] = {most - reach[0][0], most - reach[1][0]};
+  const double nearest = std::min(side * gap[0][0] + less[0], side * gap[1][0] + less[1]);
+  if (only_nearer && nearest <= most + toleranceFor(size) / 2) {
+    if (is_plane && std::min(side * gap[0][0], side * gap[1][0]) < 0) return false;
+    for (int end = 0; end < 2; ++end) {
+      reach[end][0] = nearest - less[end] - 2 * toleranceFor(size);
+      reach[end][1] = reach[end][0] + (radii.at[end][1] - radii.at[end][0]);
+    }
   }
   impact = {2, 0, 0};
   for (int end = 0; end < 2; ++end) {
-    const double from = side * gap[end][0] - reach[0], to = side * gap[end][1] - reach[1];
+    const double from = side * gap[end][0] - reach[end][0], to = side * gap[end][1] - reach[end][1];
     // What is not finite touches.
     const double time = !(from > 0) ? 0 : !(to > 0) ? from / (from - to) * (1 - 4 * kEps) : 2;
     if (time < impact.time || !(time >= 0)) impact = {time >= 0 ? time : 0, double(end), 0};
@@ -179,12 +231,14 @@ bool findImpact(const MovingSegment& capsule, const Obstacle& obstacle, double m
   };
   switch (obstacle.kind) {
     case Obstacle::Kind::kBox:
-      return findOnBox(capsule, obstacle, near, errors, only_nearer, impact);
+      return isTapered(capsule)
+                 ? findByAdvance(capsule, obstacle, near, errors, only_nearer, impact)
+                 : findOnBox(capsule, obstacle, near, errors, only_nearer, impact);
     case Obstacle::Kind::kHalfspace:
     case Obstacle::Kind::kPlane:
       return findOnPlane(capsule, obstacle, near, errors, only_nearer, impact);
     case Obstacle::Kind::kPolytope:
-      return findOnPolytope(capsule, obstacle, near, errors, only_nearer, impact);
+      return findByAdvance(capsule, obstacle, near, errors, only_nearer, impact);
     case Obstacle::Kind::kAxis: {
       Segment axis = obstacle.capsule();
       axis.radius = 0;

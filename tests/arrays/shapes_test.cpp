@@ -19,6 +19,7 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include "arrays/motion.h"
+#include "arrays/random_shapes.h"
 #include "support/exact_geometry.h"
 #include "support/scalars.h"
 
@@ -28,66 +29,6 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 using Vector = Eigen::Vector3d;
-
-test::Point toPoint(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
-std::array<double, 3> numbersOf(const Vector& v) { return {v.x(), v.y(), v.z()}; }
-
-MeshPose poseOf(const Eigen::Quaterniond& rotation, const Vector& position) {
-  MeshPose pose;
-  const Eigen::Matrix3d r = rotation.toRotationMatrix();
-  for (Eigen::Index k = 0; k < 9; ++k) pose.rotation[static_cast<std::size_t>(k)] = r(k / 3, k % 3);
-  pose.position = numbersOf(position);
-  return pose;
-}
-
-/// The distance of an axis and a shape, less the radius of the shape; 0 if the axis is in it.
-Real axisDistance(const test::Point& a, const test::Point& b, const Shape& shape) {
-  const auto capsule = [&](const auto& from, const auto& to, double radius) -> Real {
-    return segmentDistance(a, b, toPoint(from), toPoint(to)) - Real(radius);
-  };
-  const auto heights = [&](const auto& flat) {
-    const test::Point n = toPoint(flat.normal);
-    return std::minmax(
-        {(n.dot(a) - Real(flat.offset)) / n.norm(), (n.dot(b) - Real(flat.offset)) / n.norm()});
-  };
-  return std::visit(
-      [&](const auto& s) -> Real {
-        using T = std::decay_t<decltype(s)>;
-        if constexpr (std::is_same_v<T, CapsuleShape>) {
-          return capsule(s.start, s.end, s.radius);
-        } else if constexpr (std::is_same_v<T, SphereShape>) {
-          return capsule(s.center, s.center, s.radius);
-        } else if constexpr (std::is_same_v<T, BoxShape>) {
-          Eigen::Matrix<Real, 3, 3> r;
-          for (Eigen::Index k = 0; k < 9; ++k) {
-            r(k / 3, k % 3) = s.pose.rotation[static_cast<std::size_t>(k)];
-          }
-          const Eigen::Matrix<Real, 3, 3> back = r.inverse();
-          const test::Point p = back * (a - toPoint(s.pose.position)),
-                            q = back * (b - toPoint(s.pose.position));
-          return segmentBoxDistance(p, q, {toPoint(s.low), toPoint(s.high)});
-        } else if constexpr (std::is_same_v<T, HalfSpaceShape>) {
-          const auto [low, high] = heights(s);
-          return std::max(low, Real(0));
-        } else {
-          const auto [low, high] = heights(s);
-          return std::max({low, -high, Real(0)});
-        }
-      },
-      shape);
-}
-
-/// A shape of each type about the origin, the box flat at times and turned at others.
-std::vector<Shape> randomShapes(Random& random) {
-  const Vector p = random.inCube(0.5), q = random.inCube(0.5), n = random.direction();
-  Vector low = p.cwiseMin(q), high = p.cwiseMax(q);
-  if (random.below(3) == 0) low.y() = high.y();
-  BoxShape box{numbersOf(low), numbersOf(high)};
-  if (random.below(3) != 0) box.pose = poseOf(random.rotation(), random.inCube(0.2));
-  const double radius = 0.2 * random.unit(), height = random.between(-0.4, 0.4);
-  return {CapsuleShape{numbersOf(p), numbersOf(q), radius}, SphereShape{numbersOf(p), radius}, box,
-          HalfSpaceShape{numbersOf(n), height}, PlaneShape{numbersOf(-3 * n), 3 * height}};
-}
 
 template <typename S>
 ExactCapsule capsuleOf(const Assembly<S>& fibers, std::int32_t segment) {
@@ -315,17 +256,18 @@ TEST(Shapes, ContactsFarFromTheOriginLoseNoDigits) {
     const Vector low = p.cwiseMin(q), high = p.cwiseMax(q), n(3, -4, 12);
     const MeshPose turned = poseOf(random.rotation(), a);
     MeshPose moved = turned;
-    moved.position = numbersOf(a + far);
+    moved.position = coordinatesOf(a + far);
     const std::vector<std::pair<Shape, Shape>> shapes = {
-        {CapsuleShape{numbersOf(p), numbersOf(q), 0.1},
-         CapsuleShape{numbersOf(p + far), numbersOf(q + far), 0.1}},
-        {SphereShape{numbersOf(p), 0.1}, SphereShape{numbersOf(p + far), 0.1}},
-        {BoxShape{numbersOf(low), numbersOf(high)},
-         BoxShape{numbersOf(low + far), numbersOf(high + far)}},
-        {BoxShape{numbersOf(low), numbersOf(high), turned},
-         BoxShape{numbersOf(low), numbersOf(high), moved}},
-        {HalfSpaceShape{numbersOf(n), n.dot(p)}, HalfSpaceShape{numbersOf(n), n.dot(p + far)}},
-        {PlaneShape{numbersOf(n), n.dot(p)}, PlaneShape{numbersOf(n), n.dot(p + far)}}};
+        {CapsuleShape{coordinatesOf(p), coordinatesOf(q), 0.1},
+         CapsuleShape{coordinatesOf(p + far), coordinatesOf(q + far), 0.1}},
+        {SphereShape{coordinatesOf(p), 0.1}, SphereShape{coordinatesOf(p + far), 0.1}},
+        {BoxShape{coordinatesOf(low), coordinatesOf(high)},
+         BoxShape{coordinatesOf(low + far), coordinatesOf(high + far)}},
+        {BoxShape{coordinatesOf(low), coordinatesOf(high), turned},
+         BoxShape{coordinatesOf(low), coordinatesOf(high), moved}},
+        {HalfSpaceShape{coordinatesOf(n), n.dot(p)},
+         HalfSpaceShape{coordinatesOf(n), n.dot(p + far)}},
+        {PlaneShape{coordinatesOf(n), n.dot(p)}, PlaneShape{coordinatesOf(n), n.dot(p + far)}}};
     const Vector a_far = a + far, b_far = b + far;
     const double radius = 0.1;
     const std::size_t begin[] = {0, 2};
