@@ -332,7 +332,7 @@ TEST_P(Crossings, ContactsAndNearest) {
 TEST_P(Crossings, TwoTrees) {
   const Fibers fibers(6, GetParam());
   for (const Kind& kind : {Kind{false, false, false}, Kind{true, true, true}}) {
-    const Fibers others(7, kind, 5);
+    const Fibers others(7, kind);
     for (const FiberTreeOptions& options : allOptions()) {
       FiberTree tree(options), other(options);
       tree.build(fibers.view());
