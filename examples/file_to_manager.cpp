@@ -48,7 +48,7 @@ void printPairs(const std::string& path, const fcl_fibers::io::FiberFileOptions&
   Manager manager(options);
   const auto objects = fcl_fibers::makeObjects<double>(file.fibers);
   for (const auto& fiber : fcl_fibers::objectsByFiber(file.fibers, objects)) {
-    manager.registerFiber(fiber.objects, fiber.ends);
+    manager.registerFiber(fiber.objects, fiber.ends, {}, {}, fiber.joints);
   }
   fcl::CollisionObjectd box(std::make_shared<fcl::Boxd>(0.1, 0.1, 0.1), fcl::Matrix3d::Identity(),
                             fcl::Vector3d(-0.5, 0, 0));

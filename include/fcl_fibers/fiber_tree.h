@@ -65,10 +65,12 @@ struct FiberArrays {
   const std::uint8_t* closed = nullptr;
   /// fiber_count numbers: the point of another fiber that the first point of each fiber repeats, or
   /// -1 for none. So fibers form trees, such as neurons and vessels. Null if no fiber starts at
-  /// another one. Segments that meet there are neighbours, and neighbours count along the tree.
+  /// another one. Segments that meet there are adjacent, and neighbours count along the tree. Both
+  /// points have equal coordinates. Fibers that start at each other in a circle are refused.
   const std::int32_t* starts_at = nullptr;
-  /// fiber_count numbers: the point of a fiber that the last point of each fiber repeats, or -1 for
-  /// none. So vessels form loops. Null if no fiber ends at another one.
+  /// fiber_count numbers: the point of a fiber, which may be the same one, that the last point of
+  /// each fiber repeats, or -1 for none. So vessels form loops, along which neighbours count by the
+  /// shortest way. Null if no fiber ends at another one.
   const std::int32_t* ends_at = nullptr;
   /// fiber_count group numbers, 0 for a fiber without a group. Null if no fiber has one. See
   /// FiberGroup.
@@ -178,7 +180,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
 
   /// Reads the points and radii again after they have changed. Every fiber must have as many points
   /// as at the last build(). S may differ from it. Closed fibers, groups, categories and roots stay
-  /// as they were at that build.
+  /// as they were at that build. So do `starts_at` and `ends_at`, which are null or as they were;
+  /// the points that they have made one must have equal coordinates again.
   template <typename S>
   void update(const FiberArrays<S>& fibers);
 

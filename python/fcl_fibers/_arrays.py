@@ -28,8 +28,18 @@ ONE, PER_FIBER, PER_FIRST_POINT, PER_POINT = range(4)
 
 
 class PointRadii(np.ndarray):
-    """Radii at all points, between which segments taper, as read() returns them. Of an array of n
-    points: np.asarray(radii).view(PointRadii). Other arrays are of segments."""
+    """Radii at points: along a segment the radius changes linearly from that of one end to that of
+    the other, so the segment is a rounded cone. They stand wherever radii do; without this class
+    radii are of fibers or segments.
+
+    radii  (n,) numbers, one for each point; or a list of arrays, one for each fiber; or an array
+           (fibers, n)
+    """
+
+    def __new__(cls, radii: Any) -> PointRadii:
+        is_joined = isinstance(radii, (list, tuple)) and any(np.ndim(r) > 0 for r in radii)
+        array = np.concatenate(radii) if is_joined else np.asarray(radii)
+        return array.reshape(-1).view(cls)
 
 
 def unmasked(name: str, values: Any) -> np.ndarray:
@@ -252,7 +262,8 @@ def radii_of(radii: Any, points: np.ndarray, offsets: np.ndarray) -> Tuple[np.nd
     if isinstance(radii, PointRadii):
         if radii.shape != (len(points),):
             raise ValueError(
-                f"radii at points have shape {radii.shape}; there are {len(points)} points"
+                f"radii at points have shape {radii.shape} for {len(points)} points; give one for "
+                "each point"
             )
         return in_type_of(points, numbers("radii", radii)), PER_POINT
     is_joined = isinstance(radii, (list, tuple)) and len(radii) > 0 and np.ndim(radii[0]) > 0
@@ -347,6 +358,8 @@ def layout_of(
     meets: Optional[ArrayLike] = None,
     root_segments: Optional[ArrayLike] = None,
     categories: Optional[ArrayLike] = None,
+    starts_at: Optional[ArrayLike] = None,
+    ends_at: Optional[ArrayLike] = None,
 ) -> _core.Layout:
     begin, end = begin_and_end(offsets)
     by_fiber = {
@@ -357,6 +370,8 @@ def layout_of(
             None if root_segments is None else whole("root_segments", root_segments, np.int32)
         ),
         "categories": None if categories is None else whole("categories", categories, np.uint32),
+        "starts_at": None if starts_at is None else whole("starts_at", starts_at, np.int32),
+        "ends_at": None if ends_at is None else whole("ends_at", ends_at, np.int32),
     }
     for name, array in by_fiber.items():
         if array is not None and len(array) != len(begin):

@@ -16,6 +16,8 @@ class Layout:
         meets: Optional[np.ndarray],
         root_segments: Optional[np.ndarray],
         categories: Optional[np.ndarray],
+        starts_at: Optional[np.ndarray],
+        ends_at: Optional[np.ndarray],
     ) -> None: ...
 
 class Numbers:

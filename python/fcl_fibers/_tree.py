@@ -10,6 +10,7 @@ import numpy as np
 from . import _arrays, _contacts, _core
 from ._arrays import ArrayLike, Points
 from ._contacts import Nodes
+from ._files import Fibers
 from ._shapes import Shape
 
 # Why some calls take no shape.
@@ -221,6 +222,8 @@ class FiberTree:
         categories: Optional[ArrayLike] = None,
         *,
         radius: Optional[float] = None,
+        starts_at: Optional[ArrayLike] = None,
+        ends_at: Optional[ArrayLike] = None,
     ) -> None:
         """Replaces all fibers and builds the tree.
 
@@ -231,17 +234,39 @@ class FiberTree:
                        such as ghost nodes, are then of no fiber and may be NaN.
         radii          a number, or one for each fiber, for each segment, or for each first point of
                        a segment; the last is an array of all points, of which those that start no
-                       segment are not read
+                       segment are not read. Of rounded cones they are PointRadii.
         closed         (fibers,) bool: the last point of a closed fiber repeats its first
         groups         (fibers,) whole numbers: fibers of one group do not meet; 0 is no group
         meets          (fibers,) 32 bits each: the categories of meshes that the fiber may meet
         root_segments  (fibers,) whole numbers: so many segments at the start meet no mesh
         categories     (fibers,) 32 bits each: see TriangleMesh.categories
         radius         a number in the place of radii
+        starts_at      (fibers,) whole numbers: the point of another fiber that the first point of
+                       each fiber repeats, or -1 for none. So fibers form trees, and neighbours
+                       count along them: all segments that share a point are adjacent.
+        ends_at        (fibers,) whole numbers: the same of the last point; so vessels form loops
         """
+        if isinstance(points, Fibers):
+            if any(given is not None for given in (offsets, radii, closed, starts_at, ends_at)):
+                raise TypeError(
+                    "fibers of a file are given with arrays of their own; leave them out"
+                )
+            starts_at, ends_at = points.starts_at, points.ends_at
+            points, offsets, of_file, closed = points
+            radii = of_file if radius is None else None
         array, begin = _arrays.points_and_offsets(points, offsets)
         values, kind = _arrays.radii_of(_arrays.one_of(radius, radii), array, begin)
-        layout = _arrays.layout_of(array, begin, closed, groups, meets, root_segments, categories)
+        layout = _arrays.layout_of(
+            array,
+            begin,
+            closed,
+            groups,
+            meets,
+            root_segments,
+            categories,
+            starts_at,
+            ends_at,
+        )
         self._tree.build(_core.Numbers(array, values, kind), layout)
         self._made = {}
 
@@ -264,6 +289,9 @@ class FiberTree:
         radii, radius     as in build(). Without them the radii stay as the tree has them, which is
                           rounded up if the points have been float32.
         end_radii         those of `end`, if they differ
+
+        Fibers start and end at the points where they did at the last build(). The points that are
+        one have to stay together, at both ends of a step.
         """
         radii = _arrays.one_of(radius, radii)
         start = self._numbers(points, radii, "points")
@@ -273,8 +301,9 @@ class FiberTree:
             self._tree.update(start)
         else:
             _arrays.refuse_radii("end", end)
-            last = self._numbers(end, radii if end_radii is None else end_radii, "end")
-            self._tree.update(start, last)
+            if end_radii is not None:
+                radii = end_radii
+            self._tree.update(start, self._numbers(end, radii, "end"))
 
     def _numbers(self, points: Any, radii: Optional[Points], name: str) -> _core.Numbers:
         kept = self._tree.numbers
@@ -575,9 +604,11 @@ class FiberTree:
     def radii(self) -> np.ndarray:
         """The radii of the last build or update, in the type of the points, as a read-only view.
 
-        (1,) for all, (fibers,), or (n,) for the segments that start at the points.
+        (1,) for all, (fibers,), or (n,) for the segments that start at the points, or PointRadii.
         """
-        return _read_only(self._tree.numbers.radii)
+        kept = self._tree.numbers
+        at_points = kept.radii_are == _arrays.PER_POINT
+        return _read_only(kept.radii.view(_arrays.PointRadii) if at_points else kept.radii)
 
     @property
     def offsets(self) -> np.ndarray:

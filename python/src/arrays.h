@@ -99,6 +99,7 @@ struct FiberLayout {
   std::vector<std::int32_t> groups;
   std::vector<std::uint32_t> meets, categories;
   std::vector<std::int32_t> root_segments;
+  std::vector<std::int32_t> starts_at, ends_at;
 };
 
 /// The points and radii of fibers, which are arrays of the Python program. Both have the same type,
@@ -153,6 +154,8 @@ struct FiberNumbers {
     arrays.meets = orNull(layout.meets);
     arrays.categories = orNull(layout.categories);
     arrays.root_segments = orNull(layout.root_segments);
+    arrays.starts_at = orNull(layout.starts_at);
+    arrays.ends_at = orNull(layout.ends_at);
     return arrays;
   }
 };

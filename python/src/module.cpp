@@ -30,7 +30,8 @@ namespace {
 
 FiberLayout layoutOf(const py::array& offsets, const py::object& ends, const py::object& closed,
                      const py::object& groups, const py::object& meets,
-                     const py::object& root_segments, const py::object& categories) {
+                     const py::object& root_segments, const py::object& categories,
+                     const py::object& starts_at, const py::object& ends_at) {
   FiberLayout layout;
   const auto* const begin = requireArray<std::int64_t>("offsets", offsets);
   layout.begin.assign(begin, begin + offsets.size());
@@ -41,6 +42,8 @@ FiberLayout layoutOf(const py::array& offsets, const py::object& ends, const py:
   layout.meets = numbersOf<std::uint32_t>("meets", meets);
   layout.categories = numbersOf<std::uint32_t>("categories", categories);
   layout.root_segments = numbersOf<std::int32_t>("root_segments", root_segments);
+  layout.starts_at = numbersOf<std::int32_t>("starts_at", starts_at);
+  layout.ends_at = numbersOf<std::int32_t>("ends_at", ends_at);
   return layout;
 }
 
@@ -118,7 +121,8 @@ void writeFile(const std::string& path, const FiberNumbers& numbers, const Fiber
 void addFibers(py::module_& module) {
   py::class_<FiberLayout>(module, "Layout")
       .def(py::init(&layoutOf), py::arg("offsets"), py::arg("ends"), py::arg("closed"),
-           py::arg("groups"), py::arg("meets"), py::arg("root_segments"), py::arg("categories"));
+           py::arg("groups"), py::arg("meets"), py::arg("root_segments"), py::arg("categories"),
+           py::arg("starts_at"), py::arg("ends_at"));
   py::class_<FiberNumbers>(module, "Numbers")
       .def(py::init([](py::array points, py::array radii, int radii_are) {
              return FiberNumbers{std::move(points), std::move(radii), radii_are};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/fiber_objects.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -121,15 +122,33 @@ std::vector<SceneJoint> sceneJoints(const FiberPolylines& scene) {
   };
   unite("starts_at", scene.starts_at, true);
   unite("ends_at", scene.ends_at, false);
+  // By the last of these points: a fiber that has one of them. A fiber meets the one that it names,
+  // if that comes before it and has segments, and otherwise such a fiber.
   constexpr std::size_t kNone = ~std::size_t{0};
   std::vector<SceneJoint> firsts(same.size(), {kNone, 0, 0, 0, false});
+  const auto jointAt = [&](std::size_t f, std::size_t i, std::size_t g, std::size_t k) {
+    const std::size_t segments = scene.segmentCount(g);
+    return SceneJoint{f, i, g, std::min(k, segments - 1), k == segments};
+  };
+  const auto namedBy = [&](const std::vector<std::int32_t>& at, std::size_t f, std::size_t i) {
+    if (at.empty() || at[f] < 0) return false;
+    const auto point = static_cast<std::size_t>(at[f]);
+    const auto& begin = scene.point_begin;
+    const auto g = static_cast<std::size_t>(std::upper_bound(begin.begin(), begin.end(), point) -
+                                            begin.begin() - 1);
+    if (g > f || scene.segmentCount(g) == 0) return false;
+    joints.push_back(jointAt(f, i, g, point - begin[g]));
+    return true;
+  };
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const std::size_t begin = scene.point_begin[f], segments = scene.segmentCount(f);
     for (std::size_t i = 0; segments > 0 && i <= segments; ++i) {
       SceneJoint& first = firsts[lastOf(begin + i)];
+      const bool is_named = (i == 0 && namedBy(scene.starts_at, f, i)) ||
+                            (i == segments && namedBy(scene.ends_at, f, i));
       if (first.fiber == kNone) {
-        first = {f, i, f, std::min(i, segments - 1), i == segments};
-      } else {
+        first = jointAt(f, i, f, i);
+      } else if (!is_named) {
         joints.push_back({f, i, first.of_fiber, first.segment, first.at_end});
       }
     }

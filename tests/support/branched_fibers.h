@@ -19,7 +19,9 @@ namespace fcl_fibers::test {
 
 /// Fibers that start at points of others and so form trees, and end there and so form loops. Some
 /// are closed, some have one point or none. Coordinates are those of floats.
-inline FiberPolylines branchedFibers(std::uint64_t seed, std::size_t fibers = 14) {
+/// @param least  points of a fiber; if it is more than 1, none is without points
+inline FiberPolylines branchedFibers(std::uint64_t seed, std::size_t fibers = 14,
+                                     std::size_t least = 1) {
   Random random(seed);
   FiberPolylines scene;
   scene.radius = 0.05;
@@ -31,7 +33,8 @@ inline FiberPolylines branchedFibers(std::uint64_t seed, std::size_t fibers = 14
     return q;
   };
   for (std::size_t f = 0; f < fibers; ++f) {
-    const std::size_t begin = scene.points.size(), count = f % 7 == 3 ? 0 : 1 + random.below(7);
+    const std::size_t begin = scene.points.size(),
+                      count = f % 7 == 3 && least < 2 ? 0 : least + random.below(7);
     const auto somePoint = [&](std::size_t end) {
       return static_cast<std::int32_t>(random.below(4) == 0 && f > 0
                                            ? scene.point_begin[random.below(f)] % end
