@@ -42,7 +42,8 @@ class AnyArrays {
   explicit AnyArrays(FuzzedDataProvider& data) {
     view_.point_count = data.ConsumeIntegralInRange<std::size_t>(0, 6);
     view_.fiber_count = data.ConsumeIntegralInRange<std::size_t>(0, 3);
-    view_.radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint});
+    view_.radii_are = data.PickValueInArray(
+        {Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint, Radii::kPerPoint});
     const std::size_t points = view_.point_count, fibers = view_.fiber_count;
 
     const bool tidy = data.ConsumeBool();
@@ -91,6 +92,13 @@ class AnyArrays {
     if ((features & 2) != 0) {
       view_.root_segments = fill(data, fibers, roots_, [&] { return readByte(data) % 16 - 1; });
     }
+    if ((features & 4) != 0) {
+      const auto any = [&] { return readByte(data) % (static_cast<int>(points) + 3) - 2; };
+      view_.starts_at = fill(data, fibers, starts_, any);
+      view_.ends_at = fill(data, fibers, ends_, any);
+    }
+    // So that all points may be joined.
+    if ((features & 8) != 0 && points_ != nullptr) std::fill_n(points_.get(), size, S(0));
   }
 
   const FiberArrays<S>& view() const { return view_; }
@@ -116,6 +124,53 @@ class AnyArrays {
            (view_.points != nullptr || view_.point_count == 0) &&
            (view_.radii != nullptr || radiusCount() == 0);
   }
+  /// Where fibers start, and where they end; -1 if they do nowhere.
+  std::vector<std::int32_t> joints() const {
+    std::vector<std::int32_t> joints;
+    for (const std::int32_t* at : {view_.starts_at, view_.ends_at}) {
+      for (std::size_t f = 0; f < view_.fiber_count; ++f) {
+        joints.push_back(at != nullptr ? at[f] : -1);
+      }
+    }
+    return joints;
+  }
+  /// Whether the fibers may have these joints, which are those of an array or of the last build.
+  /// @pre isSound()
+  bool maySoundlyHave(const std::vector<std::int32_t>& joints) const {
+    const std::size_t fibers = view_.fiber_count;
+    const std::vector<std::size_t> runs = this->runs();
+    std::vector<std::size_t> parent(fibers, fibers);
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const std::size_t f = i % fibers, begin = runs[2 * f], end = runs[2 * f + 1];
+      if (joints[i] == -1) continue;
+      const auto point = static_cast<std::size_t>(joints[i]);
+      std::size_t g = 0;
+      while (g < fibers && (point < runs[2 * g] || point >= runs[2 * g + 1])) ++g;
+      const std::size_t own = i < fibers ? begin : end - 1;
+      if (joints[i] < 0 || g == fibers || begin == end || point == own || (i < fibers && g == f) ||
+          !areEqual(point, own)) {
+        return false;
+      }
+      if (i < fibers) parent[f] = g;
+    }
+    for (std::size_t f = 0; f < fibers; ++f) {
+      std::size_t steps = 0;
+      for (std::size_t g = f; g < fibers; g = parent[g]) {
+        if (++steps > fibers) return false;
+      }
+    }
+    return true;
+  }
+  /// Whether an update may have these arrays after a build with these joints.
+  bool fitsJoints(const std::vector<std::int32_t>& built) const {
+    const std::vector<std::int32_t> own = joints();
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      const bool is_given =
+          i < view_.fiber_count ? view_.starts_at != nullptr : view_.ends_at != nullptr;
+      if (is_given && own[i] != built[i]) return false;
+    }
+    return maySoundlyHave(built);
+  }
   /// An update does not read them.
   bool hasSoundRoots() const {
     return view_.root_segments == nullptr ||
@@ -128,7 +183,19 @@ class AnyArrays {
 
   std::size_t radiusCount() const {
     if (view_.radii_are == Radii::kPerFiber) return view_.fiber_count;
-    return view_.radii_are == Radii::kPerFirstPoint ? view_.point_count : view_.point_count > 0;
+    return view_.radii_are != Radii::kOne ? view_.point_count : view_.point_count > 0;
+  }
+  bool areEqual(std::size_t p, std::size_t q) const {
+    constexpr auto kSize = static_cast<std::ptrdiff_t>(sizeof(S));
+    const std::ptrdiff_t point = view_.point_stride != 0 ? view_.point_stride / kSize : 3;
+    const std::ptrdiff_t axis = view_.axis_stride != 0 ? view_.axis_stride / kSize : 1;
+    for (std::ptrdiff_t k = 0; k < 3; ++k) {
+      const auto at = [&](std::size_t i) {
+        return view_.points[static_cast<std::ptrdiff_t>(i) * point + k * axis];
+      };
+      if (!(at(p) == at(q))) return false;
+    }
+    return true;
   }
 
   template <typename T, typename Next>
@@ -143,7 +210,7 @@ class AnyArrays {
   std::unique_ptr<S[]> points_, radii_;
   std::unique_ptr<std::size_t[]> point_begin_, point_end_;
   std::unique_ptr<std::uint8_t[]> closed_;
-  std::unique_ptr<std::int32_t[]> groups_, roots_;
+  std::unique_ptr<std::int32_t[]> groups_, roots_, starts_, ends_;
   std::unique_ptr<std::uint32_t[]> meets_, categories_;
   FiberArrays<S> view_;
 };
@@ -162,6 +229,7 @@ void fuzz(FuzzedDataProvider& data) {
   options.report = (readByte(data) & 1) != 0 ? Report::kCapsules : Report::kVolumes;
   FiberTree tree(options);
   std::vector<std::size_t> built = {0};  // runs()
+  std::vector<std::int32_t> joined;      // joints()
   while (data.remaining_bytes() > 0) {
     const AnyArrays<S> arrays(data);
     const FiberArrays<S>& view = arrays.view();
@@ -169,8 +237,11 @@ void fuzz(FuzzedDataProvider& data) {
     const bool updates = data.ConsumeBool();
     const bool refused = isRefused([&] { updates ? tree.update(view) : tree.build(view); });
     require(refused !=
-            (arrays.isSound() && (updates ? arrays.runs() == built : arrays.hasSoundRoots())));
+            (arrays.isSound() &&
+             (updates ? arrays.runs() == built && arrays.fitsJoints(joined)
+                      : arrays.hasSoundRoots() && arrays.maySoundlyHave(arrays.joints()))));
     if (!refused) built = arrays.runs();
+    if (!refused && !updates) joined = arrays.joints();
     const PairList after = pairsOf(tree);
     require(!refused || after == before);
     for (const auto& pair : after) {
