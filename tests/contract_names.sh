@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Whether every test that docs/contract.md and docs/numerics.md name is there, and whether the rows
+# Whether every test that docs/contract.md, docs/crossings.md and docs/numerics.md name is there, and whether the rows
 # of the latter are those that are tested:
 #
 #   tests/contract_names.sh NUMERICS_TEST     # the executable
@@ -18,7 +18,7 @@ is_test() {
   grep -rqE "^(TYPED_)?TEST(_F|_P)?\($1, $2\)" --include='*_test.cpp' .
 }
 
-for page in contract.md numerics.md; do
+for page in contract.md crossings.md numerics.md; do
   while IFS=. read -r suite name; do
     is_test "$suite" "$([[ $name == '*' ]] && echo '\w+' || echo "$name")" ||
       complain "$page names $suite.$name, which is no test"
