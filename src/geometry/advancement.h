@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/cone_distance.h"
 #include "geometry/double_double.h"
 #include "geometry/impact.h"
 #include "geometry/squared_distance.h"
@@ -12,12 +13,15 @@
 
 namespace fcl_fibers::geometry {
 
-/// The axis of a capsule and the hull of K corners at one time.
+/// The axis of a capsule or rounded cone and the hull of K corners at one time. Each end of the
+/// axis has a radius, and each of two corners.
 template <int K>
 struct Instant {
   Vec3d axis[2], corner[K];
-  double radii;  ///< the sum of the radii
-  double reach;  ///< how near the two have to be
+  double radii;             ///< the sum of the radii of the first end and the first corner
+  double reach;             ///< how near these two have to be
+  double taper = 0;         ///< by how much both grow from the first end of the axis to the second
+  double corner_taper = 0;  ///< and from the first of two corners to the second
 };
 
 /// The differences that distances depend on: the axis is from w to w + u, and the corners are 0 and
@@ -25,11 +29,19 @@ struct Instant {
 template <int K>
 struct Pose {
   Vec3d w, u, v[K - 1];
+  double taper, corner_taper;
 
-  explicit Pose(const Instant<K>& i) : w(i.axis[0] - i.corner[0]), u(i.axis[1] - i.axis[0]) {
+  explicit Pose(const Instant<K>& i)
+      : w(i.axis[0] - i.corner[0]),
+        u(i.axis[1] - i.axis[0]),
+        taper(i.taper),
+        corner_taper(i.corner_taper) {
     for (int k = 1; k < K; ++k) v[k - 1] = i.corner[k] - i.corner[0];
   }
   Vec3d corner(int k) const { return k == 0 ? Vec3d{0, 0, 0} : v[k - 1]; }
+  /// By how much a corner's reach is larger than that of the first.
+  double grownAt(int k) const { return K == 2 && k == 1 ? corner_taper : 0; }
+  bool isTapered() const { return taper != 0 || corner_taper != 0; }
   /// The sum of the 1-norms, by which rounding is bounded. Of the corners of a box the furthest is
   /// enough.
   double size() const {
@@ -43,24 +55,37 @@ struct Pose {
   friend Pose operator*(double f, Pose p) {
     p.w = f * p.w, p.u = f * p.u;
     for (Vec3d& x : p.v) x = f * x;
+    p.taper *= f, p.corner_taper *= f;
     return p;
   }
   friend Pose operator+(Pose p, const Pose& q) {
     p.w = p.w + q.w, p.u = p.u + q.u;
     for (int k = 0; k < K - 1; ++k) p.v[k] = p.v[k] + q.v[k];
+    p.taper += q.taper, p.corner_taper += q.corner_taper;
     return p;
   }
 };
 
+/// A bound of the sum of the radii anywhere.
+template <int K>
+double mostRadii(const Instant<K>& i) {
+  return i.radii + (std::fabs(i.taper) + std::fabs(i.corner_taper));
+}
 template <int K>
 double sizeOf(const Instant<K>& start, const Instant<K>& end) {
-  return std::max(Pose<K>(start).size(), Pose<K>(end).size()) + std::max(start.radii, end.radii);
+  return std::max(Pose<K>(start).size(), Pose<K>(end).size()) +
+         std::max(mostRadii(start), mostRadii(end));
 }
 
+/// Where the distance less the reach is least.
 template <int K>
 struct Closest {
   double s, weight[K];
   Vec3d apart;  ///< from the point of the hull to that of the axis
+  /// By how much the reach there is larger than that of the first end and the first corner.
+  double grownIn(const Pose<K>& pose) const {
+    return s * pose.taper + (K == 2 ? weight[1] * pose.corner_taper : 0);
+  }
 };
 template <typename T>
 Vec3<T> as(const Vec3d& p) {
@@ -73,13 +98,48 @@ inline Vec3d rounded(const Vec3<DoubleDouble>& p) {
 
 template <typename T>
 Closest<2> closestOf(const Pose<2>& pose) {
+  if (pose.isTapered()) {
+    const ConeDistance<T> distance(as<T>(pose.w), as<T>(pose.u), as<T>(pose.v[0]), T(0),
+                                   T(pose.taper), T(pose.corner_taper));
+    const CertifiedOfCones<T> best = distance.atNearest();
+    const auto t = double(best.t);
+    return {double(best.s), {1 - t, t}, rounded(distance.between(best.s, best.t))};
+  }
   const SquaredDistance<T> distance(as<T>(pose.w), as<T>(pose.u), as<T>(pose.v[0]));
   const Certified<T> best = distance.atClosestByProjection();
   const auto t = double(best.t);
   return {double(best.s), {1 - t, t}, rounded(distance.between(best.s, best.t))};
 }
+/// The best of a place on each edge, where it is that of two cones, and those inside: away from
+/// edges the distance of the axis from the triangle changes evenly.
+template <typename T>
+Closest<3> closestOfCone(const Pose<3>& pose) {
+  const Vec3<T> none{T(0), T(0), T(0)};
+  const Vec3<T> w = as<T>(pose.w), u = as<T>(pose.u), v[2] = {as<T>(pose.v[0]), as<T>(pose.v[1])};
+  const T taper(pose.taper);
+  const SquaredTriangleDistance<T> distance(w, u, v[0], v[1]);
+  CertifiedOnTriangle<T> best{};
+  T least(std::numeric_limits<double>::infinity());
+  const auto consider = [&](const CertifiedOnTriangle<T>& place) {
+    const T less = squareRoot(place.squared) - place.s * taper;
+    if (less < least) best = place, least = less;
+  };
+  distance.forInside(consider);
+  const auto considerEdge = [&](const Vec3<T>& from, const Vec3<T>& along, auto&& place) {
+    const CertifiedOfCones<T> c =
+        ConeDistance<T>(w - from, u, along, T(0), taper, T(0)).atNearest();
+    const auto [x, y] = place(c.t);
+    consider(distance.at(c.s, x, y));
+  };
+  considerEdge(none, v[0], [](const T& t) { return std::array<T, 2>{t, T(0)}; });
+  considerEdge(none, v[1], [](const T& t) { return std::array<T, 2>{T(0), t}; });
+  considerEdge(v[0], v[1] - v[0], [](const T& t) { return std::array<T, 2>{T(1) - t, t}; });
+  const auto x = double(best.x), y = double(best.y);
+  return {double(best.s), {std::max(1 - x - y, 0.0), x, y}, rounded(distance.between(best))};
+}
 template <typename T>
 Closest<3> closestOf(const Pose<3>& pose) {
+  if (pose.isTapered()) return closestOfCone<T>(pose);
   const SquaredTriangleDistance<T> distance(as<T>(pose.w), as<T>(pose.u), as<T>(pose.v[0]),
                                             as<T>(pose.v[1]));
   const CertifiedOnTriangle<T> best = distance.atNearest();
@@ -107,6 +167,7 @@ inline double firstRoot(double a, double b, double c) {
 /// the other it takes a direction along which the two are apart. Along a direction that is fixed,
 /// or turns as a polynomial of time, so are the gaps between each end of the axis and each corner.
 /// The distance is at least the least of them, so the two are out of reach until one falls to it.
+/// That holds as well if each end has a reach of its own.
 /// That converges quadratically where the two meet at an angle. Where they graze, directions that
 /// turn with the shapes last longer.
 template <int K>
@@ -118,12 +179,14 @@ class Advancement {
         reach_(start.reach),
         reach_rate_(end.reach - start.reach),
         radii_rate_(end.radii - start.radii),
+        is_tapered_(start_.isTapered() || Pose<K>(end).isTapered()),
         tolerance_(toleranceFor(sizeOf(start, end))) {}
 
   /// From now on the two are in reach only if they are nearer than at the start, if they are in
   /// reach there.
   void requireApproach() {
-    const double distance = norm(closestOf<double>(start_).apart);
+    const Closest<K> closest = closestOf<double>(start_);
+    const double distance = norm(closest.apart) - closest.grownIn(start_);
     if (distance > reach_ + tolerance_ / 2) return;
     reach_ = distance - 2 * tolerance_;
     // A margin far above the size hides how the radii change.
@@ -137,24 +200,25 @@ class Advancement {
     for (int round = 0;; ++round) {
       const Pose<K> pose = start_ + time * rate_;
       const double reach = reach_ + time * reach_rate_;
-      const double near = reach + accepted;
       Closest<K> closest = closestOf<double>(pose);
       double distance = norm(closest.apart);
+      double reached = reach + closest.grownIn(pose);
       double step = 0;
-      if (distance > near && round < kPlainRounds) {
+      if (distance > reached + accepted && round < kPlainRounds) {
         step = stepAlong(pose, (1 / distance) * closest.apart, time);
-      } else if (distance > near) {
+      } else if (distance > reached + accepted) {
         const auto turn = static_cast<Turn>(round % 3);
         Direction n = directionAt(pose, closest, distance, turn);
-        if (gapAlong(pose, n.n) - reach < (distance - reach) / 2) {
+        if (gapAlong(pose, n.n) - reach < (distance - reached) / 2) {
           closest = closestOf<DoubleDouble>(pose);
           distance = norm(closest.apart);
+          reached = reach + closest.grownIn(pose);
           n = directionAt(pose, closest, distance, turn);
         }
         step = stepAlong(pose, n.n, time);
         if (step <= 1 - time) step = std::max(step, stepWhileTurning(pose, n, time));
       }
-      if (!(distance > near)) {
+      if (!(distance > reached + accepted)) {
         arrival.time = time;
         arrival.s = closest.s;
         std::copy_n(closest.weight, K, arrival.weight);
@@ -184,35 +248,47 @@ class Advancement {
   };
 
   /// A way in which points of the shapes can move along them.
+  struct Way {
+    Vec3d along, rate;
+    double grown, grown_rate;  ///< by how much the reach grows along it
+  };
   class Freedoms {
    public:
-    void add(const Vec3d& along, const Vec3d& rate) {
+    void add(const Way& way) {
       if (count_ == 2) return;
+      const Vec3d& along = way.along;
       Vec3d rest = along;
       if (count_ == 1) rest = rest - (dot(rest, of_[0].rest) / of_[0].squared) * of_[0].rest;
       constexpr double kNoise = 0x1p-44;
       const double squared = squaredNorm(rest);
       if (squared > kNoise * kNoise * squaredNorm(along)) {
-        of_[count_++] = {along, rate, rest, squared};
+        of_[count_++] = {way, rest, squared};
       }
     }
-    /// What is to be added to a direction so that it is orthogonal to all freedoms.
-    Vec3d straightening(const Vec3d& n) const { return correction(n, &Freedom::along, {0, 0, 0}); }
-    /// The change per time next to `wanted` that keeps the products with all freedoms as they are.
+    /// What is to be added to a direction so that no gap along it changes along the freedoms.
+    Vec3d straightening(const Vec3d& n) const {
+      return correction(n, &Way::along, &Way::grown, {0, 0, 0});
+    }
+    /// The change per time next to `wanted` that keeps these changes as they are.
     Vec3d turning(const Vec3d& n, const Vec3d& wanted) const {
-      return correction(n, &Freedom::rate, wanted);
+      return correction(n, &Way::rate, &Way::grown_rate, wanted);
+    }
+    /// The change of that per time, where the reach does not change faster and faster.
+    Vec3d bending(const Vec3d& rate, const Vec3d& wanted) const {
+      return correction(rate, &Way::rate, nullptr, wanted);
     }
 
    private:
     struct Freedom {
-      Vec3d along, rate;
-      Vec3d rest;  ///< of `along`, across the freedom before
+      Way way;
+      Vec3d rest;  ///< of the way, across the freedom before
       double squared;
     };
-    Vec3d correction(const Vec3d& v, Vec3d Freedom::*of, Vec3d sum) const {
+    Vec3d correction(const Vec3d& v, Vec3d Way::*of, double Way::*grown, Vec3d sum) const {
       for (int i = 0; i < count_; ++i) {
         const Freedom& f = of_[i];
-        sum = sum - ((dot(v, f.*of) + dot(sum, f.along)) / f.squared) * f.rest;
+        const double more = grown != nullptr ? f.way.*grown : 0;
+        sum = sum - ((dot(v, f.way.*of) + more + dot(sum, f.way.along)) / f.squared) * f.rest;
       }
       return sum;
     }
@@ -223,28 +299,50 @@ class Advancement {
 
   /// The direction from the hull to the axis. Rounding of closest points would show in it if they
   /// are near. So it is made orthogonal to the ways in which they can move, and turns so that it
-  /// stays orthogonal.
+  /// stays orthogonal. If the reach grows along a way, it leans by as much.
   Direction directionAt(const Pose<K>& pose, const Closest<K>& closest, double distance,
                         Turn turn) const {
     Direction d;
-    if (distance <= tolerance_ / 4) return d;
-    d.n = (1 / distance) * closest.apart;
+    const bool meet = distance <= tolerance_ / 4;
+    if (meet && !is_tapered_) return d;
+    if (!meet) d.n = (1 / distance) * closest.apart;
     Freedoms active;
-    forEachWay(pose, closest, [&](const Vec3d& along, const Vec3d& rate, bool is_free) {
-      if (is_free || dot(d.n, along) > 0) active.add(along, rate);
+    forEachWay(pose, closest, [&](const Way& way, bool is_free) {
+      if (is_free || dot(d.n, way.along) + way.grown > 0) active.add(way);
     });
-    const Vec3d n = d.n + active.straightening(d.n);
+    const Vec3d lean = is_tapered_ ? active.straightening({0, 0, 0}) : Vec3d{0, 0, 0};
+    const double upright = 1 - squaredNorm(lean);
+    if (!(upright > 0)) return d;
+    // Where the axis meets the hull, a shorter direction is as good.
+    if (meet) {
+      d.n = lean;
+      return d;
+    }
+    const Vec3d n = d.n + active.straightening(d.n) - lean;
     const double length = norm(n);
-    if (!(length > 0.5)) return d;
-    d.n = (1 / length) * n;
-    Freedoms turning = active;
-    if (turn == Turn::kWithAll) {
-      forEachWay(pose, closest, [&](const Vec3d& along, const Vec3d& rate, bool) {
-        const Vec3d flat = along - dot(d.n, along) * d.n;
-        constexpr double kHardly = 0.25;
-        if (squaredNorm(along) - squaredNorm(flat) <= kHardly * squaredNorm(along)) {
-          turning.add(flat, rate);
+    if (!(length > 0.5 * std::sqrt(upright))) return d;
+    d.n = (std::sqrt(upright) / length) * n + lean;
+    // A direction that turns stays as long if it turns across itself.
+    const auto flat = [&d](Way way) {
+      way.along = way.along - dot(d.n, way.along) * d.n;
+      return way;
+    };
+    Freedoms turning;
+    if (!is_tapered_) {
+      turning = active;
+    } else {
+      forEachWay(pose, closest, [&](const Way& way, bool is_free) {
+        if (is_free || dot(closest.apart, way.along) + distance * way.grown > 0) {
+          turning.add(flat(way));
         }
+      });
+    }
+    if (turn == Turn::kWithAll) {
+      forEachWay(pose, closest, [&](const Way& way, bool) {
+        const Way across = flat(way);
+        constexpr double kHardly = 0.25;
+        const double squared = squaredNorm(way.along);
+        if (squared - squaredNorm(across.along) <= kHardly * squared) turning.add(across);
       });
     }
     Vec3d rate{0, 0, 0}, bend{0, 0, 0};
@@ -255,7 +353,7 @@ class Advancement {
       bend = (-fall / distance) * rate;
     }
     d.rate = turning.turning(d.n, rate);
-    d.bend = turning.turning(d.rate, bend);
+    d.bend = turning.bending(d.rate, bend);
     return d;
   }
 
@@ -266,7 +364,7 @@ class Advancement {
     return v;
   }
 
-  /// Calls take(along, rate, is_free) for each way in which a closest point can move: towards the
+  /// Calls take(way, is_free) for each way in which a closest point can move: towards the
   /// other ends of the axis and the other corners of the hull. Those of the axis are reversed, so
   /// that each is away from the other shape if it is right.
   template <class Take>
@@ -277,29 +375,32 @@ class Advancement {
         static_cast<int>(std::max_element(closest.weight, closest.weight + K) - closest.weight);
     for (int k = 0; k < K; ++k) {
       if (k == base) continue;
-      take(pose.corner(k) - pose.corner(base), rate_.corner(k) - rate_.corner(base),
+      take(Way{pose.corner(k) - pose.corner(base), rate_.corner(k) - rate_.corner(base),
+               pose.grownAt(k) - pose.grownAt(base), rate_.grownAt(k) - rate_.grownAt(base)},
            closest.weight[k] > kNone);
     }
     const double sign = closest.s < 0.5 ? -1 : 1;
-    take(sign * pose.u, sign * rate_.u, closest.s > 0 && closest.s < 1);
+    take(Way{sign * pose.u, sign * rate_.u, -sign * pose.taper, -sign * rate_.taper},
+         closest.s > 0 && closest.s < 1);
   }
 
-  /// By how much all of the axis lies beyond all of the hull, at least.
+  /// By how much all of the axis lies beyond all of the hull, at least, less what the reach grows.
   static double gapAlong(const Pose<K>& pose, const Vec3d& n) {
     double most = 0;
-    for (const Vec3d& v : pose.v) most = std::max(most, dot(n, v));
-    return dot(n, pose.w) + std::min(dot(n, pose.u), 0.0) - most;
+    for (int k = 1; k < K; ++k) most = std::max(most, dot(n, pose.v[k - 1]) + pose.grownAt(k));
+    return dot(n, pose.w) + std::min(dot(n, pose.u) - pose.taper, 0.0) - most;
   }
 
   /// How long each end of the axis is certainly out of reach of each corner, measured along a
-  /// direction. Then the two are apart as well.
+  /// direction. Then the two are apart as well, because reaches change evenly in between.
   double stepAlong(const Pose<K>& pose, const Vec3d& n, double time) const {
     const double level = reach_ + time * reach_rate_ + slack();
-    const double u = dot(n, pose.u), u_rate = dot(n, rate_.u);
+    const double u = dot(n, pose.u) - pose.taper, u_rate = dot(n, rate_.u) - rate_.taper;
     const double w = dot(n, pose.w) - level, w_rate = dot(n, rate_.w) - reach_rate_;
     double step = std::numeric_limits<double>::infinity();
     for (int k = 0; k < K; ++k) {
-      const double a = w - dot(n, pose.corner(k)), b = w_rate - dot(n, rate_.corner(k));
+      const double a = w - (dot(n, pose.corner(k)) + pose.grownAt(k));
+      const double b = w_rate - (dot(n, rate_.corner(k)) + rate_.grownAt(k));
       step = std::min({step, firstRoot(a, b, 0), firstRoot(a + u, b + u_rate, 0)});
     }
     return step;
@@ -314,16 +415,20 @@ class Advancement {
       return {dot(d.n, x), dot(d.n, rate) + dot(d.rate, x), dot(d.rate, rate) + dot(d.bend, x),
               dot(d.bend, rate)};
     };
-    const Cubic w = along(pose.w, rate_.w), u = along(pose.u, rate_.u);
+    const Cubic w = along(pose.w, rate_.w);
+    Cubic u = along(pose.u, rate_.u);
+    u.a -= pose.taper, u.b -= rate_.taper;
     Cubic gaps[2 * K];
     for (int k = 0; k < K; ++k) {
-      const Cubic v = along(pose.corner(k), rate_.corner(k));
+      Cubic v = along(pose.corner(k), rate_.corner(k));
+      v.a += pose.grownAt(k), v.b += rate_.grownAt(k);
       gaps[2 * k] = {w.a - v.a, w.b - v.b, w.c - v.c, w.d - v.d};
       const Cubic& g = gaps[2 * k];
       gaps[2 * k + 1] = {g.a + u.a, g.b + u.b, g.c + u.c, g.d + u.d};
     }
     const double reach = reach_ + time * reach_rate_;
-    const double most = std::max({reach, reach_ + reach_rate_, 0.0});
+    const double most =
+        std::max({reach + mostGrown(pose), reach_ + reach_rate_ + mostGrown(start_ + rate_), 0.0});
     // The direction is no longer than 1 + (|n + rate x + bend x^2|^2 - 1) / 2. It hardly turns
     // towards itself.
     const double turn = squaredNorm(d.rate), bend = squaredNorm(d.bend);
@@ -351,15 +456,21 @@ class Advancement {
     return longest;
   }
 
-  /// Covers all rounding of a gap, which is 2^7 eps of the size. Differences of points and their
-  /// change carry an error of 3 eps of the size at any time; products with a direction, which is at
-  /// most twice as long as 1, 8 eps more; the length of a direction, reach and time 2 eps each. The
-  /// root of a polynomial is that of one with coefficients that are 4 eps off, so its value there
-  /// is below 4 eps of the sum of its terms. These are at most a few sizes, as h is bounded.
+  static double mostGrown(const Pose<K>& pose) {
+    return std::max(pose.taper, 0.0) + std::max(pose.corner_taper, 0.0);
+  }
+
+  /// Covers all rounding of a gap, which is 2^7 eps of the size. Differences of points and of radii
+  /// and their change carry an error of 3 eps of the size at any time; products with a direction,
+  /// which is at most twice as long as 1, 8 eps more; the length of a direction, reach and time 2
+  /// eps each. The root of a polynomial is that of one with coefficients that are 4 eps off, so its
+  /// value there is below 4 eps of the sum of its terms. These are at most a few sizes, as h is
+  /// bounded.
   double slack() const { return 0x1p-9 * tolerance_; }
 
   Pose<K> start_, rate_;
   double reach_, reach_rate_, radii_rate_;
+  bool is_tapered_;
   double tolerance_;
 };
 
@@ -380,7 +491,7 @@ bool findArrival(const Instant<K>& start, const Instant<K>& end, double from, bo
   for (const Instant<K>* i : {&start, &end}) {
     for (const Vec3d& x : i->axis) largest = std::max(largest, maxNorm(x));
     for (const Vec3d& x : i->corner) largest = std::max(largest, maxNorm(x));
-    largest = std::max(largest, i->radii);
+    largest = std::max(largest, mostRadii(*i));
   }
   if (!(size > 0) || !std::isfinite(largest)) {
     arrival = {from, 0, {1}};
@@ -390,7 +501,7 @@ bool findArrival(const Instant<K>& start, const Instant<K>& end, double from, bo
   const auto scaled = [scale](Instant<K> i) {
     for (Vec3d& x : i.axis) x = scale * x;
     for (Vec3d& x : i.corner) x = scale * x;
-    i.radii *= scale;
+    i.radii *= scale, i.taper *= scale, i.corner_taper *= scale;
     // The scaled reach must not overflow either.
     i.reach = std::min(scale * i.reach, 0x1p150);
     return i;

@@ -13,11 +13,15 @@
 namespace fcl_fibers::geometry {
 namespace {
 
+/// @param reach  how near two capsules have to be
 Instant<2> instant(const Segment& p, const Segment& q, double reach) {
-  return {{p.a, p.b}, {q.a, q.b}, p.thickness() + q.thickness(), reach};
+  const double less = std::max(p.taper, 0.0) + std::max(q.taper, 0.0);
+  return {{p.a, p.b},   {q.a, q.b}, p.thickness() + q.thickness() - less,
+          reach - less, p.taper,    q.taper};
 }
 Instant<3> instant(const Segment& p, const Triangle& q, double reach) {
-  return {{p.a, p.b}, {q.a, q.b, q.c}, p.radius, reach};
+  const double less = std::max(p.taper, 0.0);
+  return {{p.a, p.b}, {q.a, q.b, q.c}, p.radius - less, reach - less, p.taper};
 }
 
 /// The times at which a gap that changes linearly is at most `margin`, leaning outward.
@@ -57,9 +61,10 @@ bool find(const MovingSegment& p, const MovingSegment& q, double margin, double 
 }
 
 void setRow(ImpactRows::Instant& rows, int lane, const Pose<2>& pose, double reach) {
-  const double numbers[] = {pose.w.x, pose.w.y,    pose.w.z,    pose.u.x,    pose.u.y,
-                            pose.u.z, pose.v[0].x, pose.v[0].y, pose.v[0].z, reach};
-  for (int i = 0; i < 10; ++i) rows[i][lane] = numbers[i];
+  const double numbers[] = {pose.w.x,    pose.w.y, pose.w.z,    pose.u.x,
+                            pose.u.y,    pose.u.z, pose.v[0].x, pose.v[0].y,
+                            pose.v[0].z, reach,    pose.taper,  pose.corner_taper};
+  for (int i = 0; i < ImpactRows::kNumbers; ++i) rows[i][lane] = numbers[i];
 }
 
 void setPair(ImpactRows& rows, int lane, const ImpactQuery<Segment>& query) {
@@ -68,6 +73,7 @@ void setPair(ImpactRows& rows, int lane, const ImpactQuery<Segment>& query) {
   const Instant<2> end = instant(p.end, q.end, reachOf(p.end, q.end, margin, error));
   setRow(rows.start, lane, Pose<2>(start), start.reach);
   setRow(rows.end, lane, Pose<2>(end), end.reach);
+  rows.may_taper |= isTapered(p) || isTapered(q);
   rows.from[lane] = from;
   rows.arrival[lane] = toleranceFor(sizeOf(start, end)) / 2;
 }

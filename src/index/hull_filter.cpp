@@ -52,6 +52,10 @@ FCL_FIBERS_ALWAYS_INLINE const CapsuleEnd* store(const Segment& s, CapsuleEnd* e
 FCL_FIBERS_ALWAYS_INLINE MovingCapsule store(const MovingSegment& s, CapsuleEnd* ends) {
   return {store(s.start, ends), store(s.end, ends + 2)};
 }
+bool mayTaper(const SegmentRange& segments) { return segments.mayTaper(); }
+geometry::Moving<bool> mayTaper(const MovingRange& segments) {
+  return {segments.start.mayTaper(), segments.end.mayTaper()};
+}
 std::uint64_t apart(const CapsulePairs::Verdict& verdict) { return verdict.apart; }
 std::uint64_t apart(std::uint64_t verdict) { return verdict; }
 
@@ -168,7 +172,7 @@ class Block<Range, SegmentHulls<Range>> : public SegmentPairs<Range> {
  public:
   Block(const Range& segments, const SegmentHulls<Range>& hulls, double unit)
       : Pairs(unit), segments_(segments), hulls_(hulls) {
-    this->setMayTaper(segments.mayTaper(), hulls.segments.mayTaper());
+    this->setMayTaper(mayTaper(segments), mayTaper(hulls.segments));
   }
 
   void keep(const Pair& /*pair*/) const {}

@@ -27,7 +27,6 @@ struct MovingRange {
     start.prefetch(id);
     end.prefetch(id);
   }
-  bool mayTaper() const { return start.mayTaper() || end.mayTaper(); }
   /// Bounds endPointError() of every segment at any time.
   double mostError() const { return std::max(start.mostError(), end.mostError()); }
 };

@@ -129,6 +129,8 @@ Visit SegmentIndex::search(const MovingSegment& segment, double error, Group gro
     one.start.setMostError(endPointError(segment.start));
     one.end.setMostError(endPointError(segment.end));
     one.end.setHasBoxes(segment.end.isBox());
+    one.start.setMayTaper(segment.start.isTapered());
+    one.end.setMayTaper(segment.end.isTapered());
     return one;
   };
   return withFilter(question, moves, rangeOfOne, nullptr, error, [&](const PairFilter* filter) {
