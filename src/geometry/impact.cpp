@@ -73,7 +73,6 @@ void setPair(ImpactRows& rows, int lane, const ImpactQuery<Segment>& query) {
   const Instant<2> end = instant(p.end, q.end, reachOf(p.end, q.end, margin, error));
   setRow(rows.start, lane, Pose<2>(start), start.reach);
   setRow(rows.end, lane, Pose<2>(end), end.reach);
-  rows.may_taper |= isTapered(p) || isTapered(q);
   rows.from[lane] = from;
   rows.arrival[lane] = toleranceFor(sizeOf(start, end)) / 2;
 }
@@ -121,26 +120,39 @@ std::uint32_t findImpacts(const ImpactQuery<Triangle>* queries, int count, Impac
 
 std::uint32_t findImpacts(const ImpactQuery<Segment>* queries, int count, Impact* impacts) {
   static_assert(kImpactsAtOnce == ImpactRows::kLanes);
-  ImpactRows rows{};
-  std::uint32_t boxes = 0;
+  std::uint32_t found = 0, capsules = 0, cones = 0;
+  const auto findOne = [&](int i, double from) {
+    const auto& [p, q, margin, error, unused] = queries[i];
+    if (findImpact(p, q, margin, error, from, impacts[i])) found |= 1u << i;
+  };
   for (int i = 0; i < count; ++i) {
-    if (isBox(queries[i].p) || isBox(queries[i].q)) {
-      boxes |= 1u << i;
+    const auto& [p, q, margin, error, from] = queries[i];
+    if (isBox(p) || isBox(q)) {
+      findOne(i, from);
     } else {
-      setPair(rows, i, queries[i]);
+      (isTapered(p) || isTapered(q) ? cones : capsules) |= 1u << i;
     }
   }
-  advance(rows);
-  std::uint32_t found = 0;
-  for (int i = 0; i < count; ++i) {
-    const std::uint32_t bit = 1u << i;
-    const auto& [p, q, margin, error, from] = queries[i];
-    if ((rows.arrived & bit) != 0) {
-      impacts[i] = {rows.from[i], rows.s[i], rows.t[i]};
-      found |= bit;
-    } else if ((rows.apart & bit) == 0) {
-      const double known = (boxes & bit) != 0 ? from : rows.from[i];
-      if (findImpact(p, q, margin, error, known, impacts[i])) found |= bit;
+  // A pair has the same answer in any company.
+  for (const bool may_taper : {false, true}) {
+    const std::uint32_t chosen = may_taper ? cones : capsules;
+    if (chosen == 0) continue;
+    ImpactRows rows{};
+    rows.may_taper = may_taper;
+    for (std::uint32_t rest = chosen; rest != 0; rest &= rest - 1) {
+      const int i = __builtin_ctz(rest);
+      setPair(rows, i, queries[i]);
+    }
+    advance(rows);
+    for (std::uint32_t rest = chosen; rest != 0; rest &= rest - 1) {
+      const int i = __builtin_ctz(rest);
+      const std::uint32_t bit = 1u << i;
+      if ((rows.arrived & bit) != 0) {
+        impacts[i] = {rows.from[i], rows.s[i], rows.t[i]};
+        found |= bit;
+      } else if ((rows.apart & bit) == 0) {
+        findOne(i, rows.from[i]);
+      }
     }
   }
   return found;
