@@ -326,6 +326,7 @@ class LivePairs<Partner>::Impl {
     Frame frame;
     tree::Categories categories;  ///< of the mesh
     geometry::AffineMap pose;     ///< of the mesh
+    bool may_taper = false;       ///< whether each end of a segment has its own radius
 
     bool operator==(const Version& other) const {
       return places == other.places && pose == other.pose && hasListOf(other);
@@ -333,11 +334,16 @@ class LivePairs<Partner>::Impl {
     /// Whether a list goes on that is of the other one.
     bool hasListOf(const Version& other) const {
       return names == other.names && leaves == other.leaves && frame == other.frame &&
-             categories == other.categories;
+             categories == other.categories && may_taper == other.may_taper;
     }
     static Version of(const FiberIndex& index) {
-      return {
-          index.buildNumber(), index->buildCount(), index.updateNumber(), index->frame(), {}, {}};
+      return {index.buildNumber(),
+              index->buildCount(),
+              index.updateNumber(),
+              index->frame(),
+              {},
+              {},
+              index->segments().mayTaper()};
     }
     static Version of(const TriangleMesh& mesh, const index::PlacedMesh& placed) {
       const MeshReader::Version version = MeshReader::version(mesh);

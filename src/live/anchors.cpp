@@ -36,7 +36,8 @@ AnchoredEnds Anchors::endsOf(const SegmentsNow& now, std::int32_t block) const {
           now.segments->range().capsule(first),
           now.segments->sharesEnds() ? std::size_t{1} : std::size_t{2},
           first,
-          /*anchors=*/nullptr};
+          /*anchors=*/nullptr,
+          now.segments->mayTaper()};
 }
 
 AnchoredEnds Anchors::anchored(const SegmentsNow& now, std::int32_t block) const {
@@ -74,14 +75,15 @@ void Anchors::set(const SegmentsNow& now, parallel::Executor* executor) {
     for (int i = 0; i < ends.count; ++i) {
       const CapsuleEnd* const capsule = ends.ends + ends.placeOf(ends.ids[i]);
       set(place++, pointOf(now, capsule[0]), capsule[0]);
-      if (!ends.sharesSecond(i)) set(place++, pointOf(now, capsule[1]), capsule[0]);
+      if (!ends.sharesSecond(i))
+        set(place++, pointOf(now, capsule[1]), capsule[ends.may_taper ? 1 : 0]);
     }
     setBlock(block, {boxAround(ends), moved, rounding});
   });
   joinAbove();
 }
 
-/// @param end  at which the capsule or the box begins
+/// @param end  that has the radius: the first one, unless the segment may taper
 void Anchors::set(std::size_t place, const Vec3d& point, const CapsuleEnd& end) {
   const double radius = displacing_.scale[3] * end.numbers[3];
   anchors_[place] = {{geometry::nearestFloat(point.x), geometry::nearestFloat(point.y),
@@ -100,7 +102,9 @@ std::size_t Anchors::anchorOf(const SegmentsNow& now, Leaf leaf) const {
 geometry::Segment Anchors::segment(const SegmentsNow& now, Leaf leaf) const {
   const Anchor* const anchor = &anchors_[anchorOf(now, leaf)];
   const float *const a = anchor[0].numbers, *const b = anchor[1].numbers;
-  return {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, a[3] == kRadiusOfBox ? -1 : double{a[3]}};
+  const geometry::Vec3d from{a[0], a[1], a[2]}, to{b[0], b[1], b[2]};
+  if (a[3] == kRadiusOfBox) return geometry::Segment::box(from, to);
+  return geometry::Segment::cone(from, to, a[3], now.segments->mayTaper() ? b[3] : a[3]);
 }
 
 /// Bounds the error of a displacement, by axis.

@@ -46,7 +46,7 @@ class Anchors : public BlockTree {
   /// Adds a sample of ends to `points`.
   void sample(const SegmentsNow& now, std::vector<geometry::MovedPoint>& points) const;
 
-  /// A segment as it was anchored. A capsule's radius is rounded down.
+  /// A segment as it was anchored. Its radii are rounded down.
   geometry::Segment segment(const SegmentsNow& now, Leaf leaf) const;
 
   std::size_t memoryUsage() const {

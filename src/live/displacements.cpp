@@ -106,7 +106,10 @@ FCL_FIBERS_ALWAYS_INLINE Displacements bounded(const AnchoredEnds& all,
     result.low[axis] = std::min(first[0][axis], second[0][axis]);
     result.high[axis] = std::max(first[1][axis], second[1][axis]);
   }
-  result.growth = growthOf(first[0][3], first[1][3]);
+  // The second end of a capsule has the radius of another one or none.
+  result.growth = all.may_taper ? growthOf(std::min(first[0][3], second[0][3]),
+                                           std::max(first[1][3], second[1][3]))
+                                : growthOf(first[0][3], first[1][3]);
   // Minima and maxima may pass over NaN, and sums do not.
   result.are_finite = std::isfinite(sums[0] + sums[1] + sums[2]);
   return result;
@@ -137,7 +140,8 @@ FCL_FIBERS_ALWAYS_INLINE void boundEach(const AnchoredEnds& all, const Displacin
       out[i].high[axis] = std::max(first[axis], second[axis]);
       sum += first[axis] + second[axis];
     }
-    out[i].growth = growthOf(first[3], first[3]);
+    const double last = all.may_taper ? second[3] : first[3];
+    out[i].growth = growthOf(std::min(first[3], last), std::max(first[3], last));
     out[i].are_finite = std::isfinite(sum);
   }
 }
@@ -168,7 +172,8 @@ void eachDisplacement(const AnchoredEnds& ends, const Displacing& displacing, Di
 geometry::Box boxAround(const AnchoredEnds& ends) {
   geometry::Box box = geometry::Box::empty();
   float radius = 0;
-  const auto add = [&box](const Anchor& anchor) {
+  const auto add = [&](const Anchor& anchor) {
+    if (anchor.numbers[3] != kRadiusOfBox) radius = std::max(radius, anchor.numbers[3]);
     for (int axis = 0; axis < 3; ++axis) {
       box.low[axis] = std::min(box.low[axis], anchor.numbers[axis]);
       box.high[axis] = std::max(box.high[axis], anchor.numbers[axis]);
@@ -176,7 +181,6 @@ geometry::Box boxAround(const AnchoredEnds& ends) {
   };
   const Anchor* anchor = ends.anchors;
   for (int i = 0; i < ends.count; ++i) {
-    if (anchor->numbers[3] != kRadiusOfBox) radius = std::max(radius, anchor->numbers[3]);
     add(*anchor++);
     if (!ends.sharesSecond(i)) add(*anchor++);
   }

@@ -16,7 +16,7 @@ namespace fcl_fibers::live {
 constexpr float kRadiusOfBox = std::numeric_limits<float>::max();
 
 /// Where an end of a segment was when its pairs were listed: x, y, z and the radius of the capsule
-/// that begins there.
+/// that begins there or, of rounded cones, at this end.
 struct alignas(16) Anchor {
   float numbers[4];
 };
@@ -32,6 +32,7 @@ struct AnchoredEnds {
   std::size_t stride;  ///< ends from a segment to that with the next id; if it is 1, they share one
   tree::SegmentId first;  ///< the segment whose ends are ends[0] and ends[1]
   const Anchor* anchors;  ///< of ids[0] first
+  bool may_taper;         ///< whether each end has its own radius
 
   std::size_t placeOf(tree::SegmentId id) const {
     return stride * static_cast<std::size_t>(id - first);

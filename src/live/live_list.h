@@ -108,7 +108,8 @@ class FCL_FIBERS_TREE_EXPORT LiveList {
   /// What the segments of the last update are to those of the next.
   enum class Last {
     kSame,         ///< the same, in the same frame and order of leaves
-    kOtherLeaves,  ///< the same, in another frame or order, or with other names; some may be gone
+    kOtherLeaves,  ///< the same, in another frame or order, with other names, or tapered since or
+                   ///< no more; some may be gone
     kOtherNames,   ///< others, so all pairs end
   };
 
