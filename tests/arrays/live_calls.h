@@ -348,19 +348,26 @@ class LiveCalls {
       fibers.endFiber();
     }
     fibers.close();
-    using Radii = typename FiberArrays<S>::Radii;
-    const std::size_t radii[] = {1, count, std::max<std::size_t>(fibers.points.size(), 1)};
-    const std::size_t kind = random.below(3);
-    fibers.radii_are = std::array{Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint}[kind];
-    for (std::size_t i = 0; i < radii[kind]; ++i) {
-      fibers.radii.push_back(unit * (random.below(6) == 0 ? 0 : random.between(0.3, 1.5)));
-    }
+    giveRadii(random, fibers, unit);
     const bool has_groups = random.below(3) == 0, has_rules = random.below(3) == 0;
     for (std::size_t f = 0; f < count; ++f) {
       if (has_groups) fibers.groups.push_back(static_cast<std::int32_t>(random.below(4)));
       if (!has_rules) continue;
       fibers.meets.push_back(random.below(3) == 0 ? 0b01 : random.below(2) == 0 ? 0b10 : ~0u);
       fibers.root_segments.push_back(static_cast<std::int32_t>(random.below(3)));
+    }
+  }
+
+  static void giveRadii(Random& random, MovingFibers<S>& fibers, double unit) {
+    using Radii = typename FiberArrays<S>::Radii;
+    constexpr std::array kKindsOfRadii{Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint,
+                                       Radii::kPerPoint};
+    const std::size_t points = std::max<std::size_t>(fibers.points.size(), 1);
+    const std::size_t kind = random.below(4);
+    fibers.radii_are = kKindsOfRadii[kind];
+    fibers.radii.resize(std::array{std::size_t{1}, fibers.fiberCount(), points, points}[kind]);
+    for (double& radius : fibers.radii) {
+      radius = unit * (random.below(6) == 0 ? 0 : random.between(0.3, 1.5));
     }
   }
 
@@ -450,6 +457,9 @@ class LiveCalls {
         }
         break;
       }
+      case 11:  // radii are of another kind
+        giveRadii(random, fibers, radius_);
+        break;
       case 13: {  // a point or a fiber leaves its surroundings
         const std::size_t f = random.below(fibers.fiberCount());
         const Eigen::Vector3d jump = random.inCube(5 * radius_);

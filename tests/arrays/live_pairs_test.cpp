@@ -18,6 +18,7 @@
 
 #include <fcl_fibers/contact.h>
 
+#include "arrays/cones.h"
 #include "arrays/live_calls.h"
 #include "support/random.h"
 
@@ -60,6 +61,12 @@ TEST(LivePairs, AreThoseOfAFreshTree) {
   }
   EXPECT_GT(seen.pairs, 500 * test::sceneCount(150));
   EXPECT_GT(seen.safe_points, 20 * test::sceneCount(150));
+}
+
+test::PairList pairsOf(const LivePairs<FiberTree>& live) {
+  std::vector<SegmentPair> pairs;
+  live.find(pairs);
+  return test::sorted(pairs);
 }
 
 /// A few hundred fibers of one radius in a box, most of which touch some others.
@@ -300,6 +307,92 @@ TEST(LivePairs, RefuseWhileAQueryRuns) {
     return true;
   });
   EXPECT_GT(both.count(), live.count());
+}
+
+/// Gives radii of one of two kinds that take turns, mostly at each point.
+void giveRadii(Random& random, MovingFibers<double>& fibers) {
+  using Radii = FiberArrays<double>::Radii;
+  const bool are_cones = random.below(3) != 0;
+  fibers.radii_are = are_cones ? Radii::kPerPoint : Radii::kPerFirstPoint;
+  fibers.radii.clear();
+  for (std::size_t i = 0; i < fibers.points.size(); ++i) {
+    fibers.radii.push_back(random.between(0, 0.03));
+  }
+}
+
+// A cone would be missed that grows at one end while the other one, or the larger one, stays.
+TEST(LivePairs, OfConesAreThoseThatTouch) {
+  std::size_t pairs_seen = 0;
+  std::int64_t updates = 0, listings = 0, uncovered_pairs = 0;
+  for (std::uint64_t seed = 1; seed <= test::sceneCount(12); ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    MovingFibers<double> fibers = bundle(seed, 25, 5), others = bundle(seed + 1000, 10, 5);
+    for (auto* all : {&fibers, &others}) {
+      for (auto& p : all->points) p *= 0.3;
+    }
+    FiberTreeOptions options;
+    options.margin = seed % 3 == 0 ? 0.01 : 0;
+    FiberTree tree(options), other(options);
+    giveRadii(random, fibers);
+    giveRadii(random, others);
+    tree.build(fibers.view());
+    other.build(others.view());
+    const LivePairsOptions skin{seed % 4 == 0 ? -1 : random.between(0.01, 0.05)};
+    LivePairs own(tree, skin);
+    LivePairs<FiberTree> both(tree, other, skin), turned(other, tree, skin);
+    for (int step = 0; step < 16; ++step) {
+      MovingFibers<double>& changed = random.below(3) == 0 ? others : fibers;
+      const auto anyOf = [&](auto& all) -> auto& { return all[random.below(all.size())]; };
+      switch (random.below(12)) {
+        case 0:
+          giveRadii(random, changed);
+          break;
+        case 1:
+          changed.radii_are = FiberArrays<double>::Radii::kOne;
+          break;
+        case 2:  // back again, or the other way round
+          changed.radii_are = FiberArrays<double>::Radii::kPerPoint;
+          changed.radii.resize(changed.points.size(), 0.01);
+          break;
+        case 3:
+          anyOf(changed.points) += random.inCube(0.1);
+          break;
+        case 4:
+        case 5:
+          for (double& radius : changed.radii) radius += random.between(0, 0.003);
+          break;
+        default:
+          for (int i = 0; i < 10; ++i) anyOf(changed.radii) += random.between(0, 0.02);
+          for (int i = 0; i < 10; ++i) anyOf(changed.radii) = 0;
+      }
+      for (auto& p : changed.points) p += random.inCube(0.001);
+      tree.update(fibers.view());
+      other.update(others.view());
+      own.update();
+      both.update();
+      turned.update();
+      const test::PairList found = pairsOf(own);
+      EXPECT_EQ(found, test::touchingCones(fibers.view(), 1, options.margin));
+      const test::PairList of_both =
+          test::touchingCones(fibers.view(), others.view(), options.margin);
+      EXPECT_EQ(pairsOf(both), of_both);
+      test::PairList swapped = pairsOf(turned);
+      for (auto& [a, b] : swapped) std::swap(a, b);
+      std::sort(swapped.begin(), swapped.end());
+      EXPECT_EQ(swapped, of_both);
+      if (HasFailure()) return;
+      pairs_seen += found.size() + of_both.size();
+    }
+    for (const auto* live : {&own, &both, &turned}) {
+      updates += live->counters().updates;
+      listings += live->counters().listings;
+      uncovered_pairs += live->counters().uncovered_pairs;
+    }
+  }
+  EXPECT_GT(pairs_seen, 200 * test::sceneCount(12));
+  EXPECT_LT(2 * listings, updates);
+  EXPECT_GT(uncovered_pairs, 0);
 }
 
 // The wrong kind of tree would answer otherwise than its own queries.

@@ -63,6 +63,7 @@ class Record {
     std::sort(record.rows_.begin(), record.rows_.end());
     return record;
   }
+  bool operator==(const Record& other) const { return rows_ == other.rows_; }
   /// Whether the numbers are equal, up to the digits of times that the library leaves open.
   bool is(const Record& other) const {
     const auto near = [](double a, double b) { return std::abs(a - b) < 1e-8; };
