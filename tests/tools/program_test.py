@@ -326,10 +326,10 @@ class Info(ProgramTest):
         )
         # .vtp keeps all of it, and is told what is lost elsewhere.
         vtp = self.folder / "n.vtp"
-        self.run_program("convert", path, "-o", vtp)
+        self.run_program("convert", path, vtp)
         self.assertEqual(self.run_program("info", vtp).replace("n.vtp", "n.swc"), text)
-        call = self.call("convert", path, "-o", self.folder / "n.hair")
-        self.assertIn(".hair has no place for branches, samples and types", call.stderr)
+        self.run_program("convert", path, self.folder / "n.hair")
+        self.assertIn(".hair has no place for branches, samples and types", self.stderr)
 
     def test_numbers_too_large_to_compute_with(self):
         """The error would be that of a function that no user knows, without the file."""
