@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <queue>
-#include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -33,19 +33,24 @@ class AlongFibers {
  public:
   explicit AlongFibers(const FiberPolylines& scene)
       : scene_(scene), from_start_(scene.points.size()) {
-    const auto join = [&](const std::vector<std::int32_t>& places, std::size_t f, std::size_t end) {
-      if (places.empty() || places[f] < 0) return;
-      joints_.emplace_back(end, places[f]);
-      joints_.emplace_back(places[f], end);
+    const bool has_branches = !scene.starts_at.empty() || !scene.ends_at.empty();
+    const auto join = [&](std::size_t p, std::size_t q) {
+      joints_.emplace_back(p, q);
+      joints_.emplace_back(q, p);
     };
     for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
       for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
         const Point &p = scene.points[i - 1], &q = scene.points[i];
         from_start_[i] = from_start_[i - 1] + std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
       }
-      if (scene.segmentCount(f) == 0) continue;
-      join(scene.starts_at, f, scene.point_begin[f]);
-      join(scene.ends_at, f, scene.point_begin[f + 1] - 1);
+      if (!has_branches || scene.point_begin[f] == scene.point_begin[f + 1]) continue;
+      const std::size_t first = scene.point_begin[f], last = scene.point_begin[f + 1] - 1;
+      const auto joinAt = [&](const std::vector<std::int32_t>& places, std::size_t end) {
+        if (!places.empty() && places[f] >= 0) join(end, static_cast<std::size_t>(places[f]));
+      };
+      joinAt(scene.starts_at, first);
+      joinAt(scene.ends_at, last);
+      if (scene.isClosed(f)) join(first, last);
     }
     std::sort(joints_.begin(), joints_.end());
   }
@@ -60,7 +65,7 @@ class AlongFibers {
                                       std::size_t most_apart) const {
     using Way = std::tuple<double, std::size_t, std::size_t>;  // its length, segments, and its end
     std::priority_queue<Way, std::vector<Way>, std::greater<>> ways;
-    std::set<std::size_t> been;
+    std::map<std::size_t, std::size_t> been;  // by point: the fewest segments so far
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     ways.emplace(0, 1, a);
     ways.emplace(0, 1, a + 1);
@@ -69,7 +74,9 @@ class AlongFibers {
       ways.pop();
       if (length > most_length && numbers > most_apart) continue;
       if (point == b || point == b + 1) return NearAlong{numbers, length};
-      if (!been.insert(point).second) continue;
+      const auto [before, is_new] = been.try_emplace(point, numbers);
+      if (!is_new && before->second <= numbers) continue;
+      before->second = numbers;
       const auto [first, last] =
           std::equal_range(joints_.begin(), joints_.end(), Joint(point, 0),
                            [](const Joint& p, const Joint& q) { return p.first < q.first; });

@@ -36,6 +36,13 @@ std::size_t countOnes(const std::vector<unsigned char>& flags) {
   return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), 1));
 }
 
+/// Of a pair by side; none of a mesh.
+std::array<std::optional<Sample>, 2> samplesOf(const CheckedFrame& frame, const FoundPair& pair) {
+  const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
+  return {sampleOf(frame.scene, pair.a),
+          pair.mesh == kNoMesh ? sampleOf(other, pair.b) : std::nullopt};
+}
+
 }  // namespace
 
 void ContactList::OfMesh::add(const Contact& contact) {
@@ -184,17 +191,6 @@ void writeCsvHead(const Request& request, bool several, bool samples, AnswerStre
   }
   stream.write(samples ? ",sample_a,type_a,sample_b,type_b\n" : "\n");
 }
-
-namespace {
-
-/// Of a pair by side; none of a mesh.
-std::array<std::optional<Sample>, 2> samplesOf(const CheckedFrame& frame, const FoundPair& pair) {
-  const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
-  return {sampleOf(frame.scene, pair.a),
-          pair.mesh == kNoMesh ? sampleOf(other, pair.b) : std::nullopt};
-}
-
-}  // namespace
 
 void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
   for (const ListRow& row : list.rows) {

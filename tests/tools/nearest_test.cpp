@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "support/cone_oracle.h"
 #include "support/exact_geometry.h"
 #include "support/random.h"
 
@@ -115,6 +117,114 @@ TEST(Nearest, AgreesWithBruteForce) {
   EXPECT_GT(none, 20);
   EXPECT_GT(of_one_fiber, 50);
   EXPECT_GT(of_two, 100);
+}
+
+/// Fibers that start and end at points of others, some closed; they taper or have one radius.
+FiberPolylines tree(Random& random) {
+  FiberPolylines scene;
+  const std::size_t fibers = 2 + random.below(5);
+  const bool tapers = random.below(2) == 0, has_loops = random.below(2) == 0;
+  scene.radius = random.between(0, 0.1);
+  for (std::size_t f = 0; f < fibers; ++f) {
+    const std::size_t points = 2 + random.below(6), first = scene.points.size();
+    const auto any = [&](bool is_joined) {
+      return f == 0 || !is_joined ? -1 : static_cast<std::int32_t>(random.below(first));
+    };
+    scene.starts_at.push_back(any(random.below(4) > 0));
+    const bool closed = points > 3 && random.below(4) == 0;
+    scene.ends_at.push_back(any(has_loops && !closed && random.below(3) == 0));
+    for (std::size_t i = 0; i < points; ++i) {
+      const Eigen::Vector3d at = random.inCube(2);
+      scene.points.push_back({at.x(), at.y(), at.z()});
+    }
+    const auto repeat = [&](std::int32_t from, std::size_t to) {
+      if (from >= 0) scene.points[to] = scene.points[static_cast<std::size_t>(from)];
+    };
+    repeat(scene.starts_at.back(), first);
+    repeat(scene.ends_at.back(), scene.points.size() - 1);
+    if (closed) scene.points.push_back(scene.points[first]);
+    scene.closed.push_back(closed ? 1 : 0);
+    scene.point_begin.push_back(scene.points.size());
+  }
+  for (std::size_t i = 0; tapers && i < scene.points.size(); ++i) {
+    scene.radii.push_back(random.between(0, 0.2));
+    scene.radii_are = FiberArrays<double>::Radii::kPerPoint;
+  }
+  return scene;
+}
+
+/// A neuron would touch itself wherever it branches, and a fiber across a branch would count.
+TEST(Nearest, AgreesWithBruteForceAcrossBranches) {
+  int found_any = 0, none = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    const FiberPolylines scene = tree(random);
+    FiberOptions neighbors;
+    neighbors.ignored_neighbors = static_cast<int>(random.below(4));
+    neighbors.ignored_arc_length = random.below(2) == 0 ? 0 : random.between(0, 3);
+    // The shortest ways between all points, by length and by number of segments (Floyd, Warshall).
+    const std::size_t count = scene.points.size();
+    const Real far = std::numeric_limits<Real>::infinity();
+    std::vector<std::vector<Real>> lengths(count, std::vector<Real>(count, far)), numbers = lengths;
+    const auto join = [&](std::size_t i, std::size_t j, Real length, Real number) {
+      lengths[i][j] = lengths[j][i] = std::min(length, lengths[i][j]);
+      numbers[i][j] = numbers[j][i] = std::min(number, numbers[i][j]);
+    };
+    std::vector<std::size_t> segments;
+    for (std::size_t i = 0; i < count; ++i) join(i, i, 0, 0);
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      const std::size_t first = scene.point_begin[f], last = scene.point_begin[f + 1] - 1;
+      for (std::size_t i = first; i < last; ++i) {
+        join(i, i + 1, (at(scene, i + 1) - at(scene, i)).norm(), 1);
+        segments.push_back(i);
+      }
+      const auto at_other = [](std::int32_t place) { return static_cast<std::size_t>(place); };
+      if (scene.starts_at[f] >= 0) join(first, at_other(scene.starts_at[f]), 0, 0);
+      if (scene.ends_at[f] >= 0) join(last, at_other(scene.ends_at[f]), 0, 0);
+      if (scene.isClosed(f)) join(first, last, 0, 0);
+    }
+    for (auto* ways : {&lengths, &numbers}) {
+      for (std::size_t k = 0; k < count; ++k) {
+        for (std::size_t i = 0; i < count; ++i) {
+          for (std::size_t j = 0; j < count; ++j) {
+            (*ways)[i][j] = std::min((*ways)[i][j], (*ways)[i][k] + (*ways)[k][j]);
+          }
+        }
+      }
+    }
+    const auto cone = [&](std::size_t i) {
+      const Point &p = scene.points[i], &q = scene.points[i + 1];
+      return geometry::Segment::cone({p[0], p[1], p[2]}, {q[0], q[1], q[2]}, scene.radiusAt(i, 0),
+                                     scene.radii.empty() ? scene.radius : scene.radii[i + 1]);
+    };
+    Real least = far;
+    for (const std::size_t i : segments) {
+      for (const std::size_t j : segments) {
+        if (j <= i) continue;
+        Real length = far, number = far;
+        for (const std::size_t p : {i, i + 1}) {
+          for (const std::size_t q : {j, j + 1}) {
+            length = std::min(length, lengths[p][q]);
+            number = std::min(number, numbers[p][q] + 1);
+          }
+        }
+        const Real axes =
+            test::segmentDistance(at(scene, i), at(scene, i + 1), at(scene, j), at(scene, j + 1));
+        if (number <= neighbors.ignored_neighbors || length <= neighbors.ignored_arc_length ||
+            length <= std::acos(Real(-1)) / 2 * axes) {
+          continue;
+        }
+        least = std::min(least, static_cast<Real>(test::coneDistance(cone(i), cone(j))));
+      }
+    }
+    const std::optional<Contact> found = findNearest(scene, nullptr, neighbors);
+    ASSERT_EQ(found.has_value(), std::isfinite(least));
+    ++(found ? found_any : none);
+    if (found) EXPECT_NEAR(found->distance, static_cast<double>(least), 1e-12);
+  }
+  EXPECT_GT(found_any, 100);
+  EXPECT_GT(none, 10);
 }
 
 /// Looking at each pair of segments would take an hour.
