@@ -78,7 +78,7 @@ def test_kinds_of_radii(tmp_path, ending):
 def test_radii_at_points(tmp_path, ending):
     """A narrow place of one point would be lost where fibers are read and written."""
     path = tmp_path / "neuron.swc"
-    path.write_text("1 1 0 0 0 3 -1\n2 3 1 0 0 .5 1\n3 3 2 0 0 3 2\n")
+    path.write_text("1 1 0 0 0 3 -1\n2 3 10 0 0 .5 1\n3 3 20 0 0 3 2\n")
     fibers = fcl_fibers.read(path)
     assert isinstance(fibers.radii, fcl_fibers.PointRadii) and len(fibers) == 4
     assert fibers.radii.tolist() == [3, 0.5, 3] and fibers.radii.dtype == np.float64
@@ -99,12 +99,12 @@ def test_radii_at_points(tmp_path, ending):
             fcl_fibers.write(out, fibers, *more)
     with pytest.raises(ValueError, match="radii at points have shape"):
         fcl_fibers.write(out, fibers.points, fibers.offsets, fibers.radii[:2])
-    # The tree has cones: at the narrow place nothing is 1 away from the axis.
+    # The tree has cones: at the narrow place nothing is as far from the axis.
     tree = fcl_fibers.FiberTree()
     tree.build(*fibers)
-    assert len(tree.pairs(fcl_fibers.SphereShape((1, 1.3, 0), 0.1))) == 0
+    assert len(tree.pairs(fcl_fibers.SphereShape((10, 1.3, 0), 0.1))) == 0
     tree.build(fibers.points, fibers.offsets, plain)
-    assert len(tree.pairs(fcl_fibers.SphereShape((1, 1.3, 0), 0.1))) == 1
+    assert len(tree.pairs(fcl_fibers.SphereShape((10, 1.3, 0), 0.1))) == 1
 
 
 def test_branches_and_samples(tmp_path):
