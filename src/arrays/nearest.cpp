@@ -44,9 +44,11 @@ Apart between(const Segment& p, const Segment& q, double error) {
   return {axes - radii, error + kRounding * size};
 }
 Apart between(const Segment& p, const Triangle& t, double error) {
-  const double axis = safeNorm(closestPoints(p, t).apart);
-  return {axis - p.radius, error + kRounding * (axis + norm1(p.a - t.a) + norm1(p.b - p.a) +
-                                                norm1(t.b - t.a) + norm1(t.c - t.a) + p.radius)};
+  const geometry::ClosestOnTriangle closest = closestPoints(p, t);
+  const double axis = safeNorm(closest.apart);
+  return {axis - p.radiusAt(closest.s),
+          error + kRounding * (axis + norm1(p.a - t.a) + norm1(p.b - p.a) + norm1(t.b - t.a) +
+                               norm1(t.c - t.a) + p.radius)};
 }
 
 /// Keeps the pairs that may be the nearest.

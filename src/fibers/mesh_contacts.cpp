@@ -22,10 +22,13 @@ using geometry::Vec3d;
 void moveOut(const Segment& capsule, const Triangle& triangle, TriangleContact& contact) {
   // A triangle without area has no normal. Then the way to its closest point leads outward.
   const Vec3d outward = geometry::unitNormal(triangle, contact.normal);
-  const double depth =
-      std::max({0.0, dot(outward, triangle.a - capsule.a), dot(outward, triangle.a - capsule.b)});
-  contact.point_a = contact.point_a - capsule.radius * (contact.normal + outward);
-  contact.distance = -depth - capsule.radius;
+  const double radius = capsule.radiusAt(contact.s);
+  // By how much each end is thicker than the ball at the contact, which is 0 for capsules.
+  const double more_a = capsule.radiusAtA() - radius, more_b = capsule.radiusAtB() - radius;
+  const double depth = std::max({0.0, dot(outward, triangle.a - capsule.a) + more_a,
+                                 dot(outward, triangle.a - capsule.b) + more_b});
+  contact.point_a = contact.point_a - radius * (contact.normal + outward);
+  contact.distance = -depth - radius;
   contact.normal = -1.0 * outward;
 }
 
@@ -88,7 +91,7 @@ MeshContact impactContact(const geometry::MovingSegment& capsule, const Vec3d& o
     const MeshContacts contact(start);
     const Vec3d shift = origin - contact.frame().origin;
     const Segment& first = capsule.start;
-    return contact({first.a + shift, first.b + shift, first.radius}, place, triangle);
+    return contact({first.a + shift, first.b + shift, first.radius, first.taper}, place, triangle);
   }
   const geometry::Frame frame{origin, 1};
   const geometry::MovingTriangle moving{index::PosedTriangles(start, frame)[triangle],

@@ -163,18 +163,6 @@ class ConesInLanes {
     return bestOnCone(pointBetween({zero - w_.x, zero - w_.y, zero - w_.z}, v_, v_, t, zero), u_,
                       uu_, taper_p_);
   }
-  /// See ConeDistance::bestOnCone().
-  FCL_FIBERS_ALWAYS_INLINE static Float bestOnCone(const Vec3Lanes& point, const Vec3Lanes& axis,
-                                                   const Float& squared, const Float& taper) {
-    const Float zero = Float::all(0), one = Float::all(1), tiny = Float::all(0x1p-80f);
-    const Float rest = squared - taper * taper;
-    const Float foot = quotient(dot(point, axis), max(squared, tiny));
-    const Vec3Lanes away = pointBetween(point, axis, axis, zero, foot);
-    const Float shift =
-        taper * squareRoot(quotient(dot(away, away), max(squared * rest, tiny * tiny)));
-    const Float at = min(max(foot + shift, zero), one);
-    return choose(zero < rest, at, choose(zero < taper, one, zero));
-  }
 
   FCL_FIBERS_ALWAYS_INLINE void tryAt(const Float& s, const Float& t) {
     const Float zero = Float::all(0);
@@ -258,26 +246,10 @@ CapsulePairs::Verdict CapsulePairs::decide() {
   fill(kNoCapsule, kNoCapsule);
   simd::readEnvironment();
   Verdict verdict = HWY_DYNAMIC_DISPATCH(decide)(*this);
-  if (size() == 0 || (!mayTaperP() && !mayTaperQ())) return verdict;
-  // Few cones are farther apart than their least radii and nearer than their largest ones.
-  const std::uint64_t all = ~std::uint64_t{0} >> (kCapacity - size());
-  const std::uint64_t open = all & ~(verdict.touching | verdict.apart);
-  CapsulePairs left(unit());
-  left.setMayTaper(mayTaperP(), mayTaperQ());
-  std::array<int, kCapacity> places;
-  for (std::uint64_t rest = open; rest != 0; rest &= rest - 1) {
-    const int place = __builtin_ctzll(rest);
-    places[left.index()] = place;
-    left.addFrom(*this, place);
-  }
-  if (left.size() == 0) return verdict;
-  left.fill(kNoCapsule, kNoCapsule);
-  const Verdict of_left = HWY_DYNAMIC_DISPATCH(decideCones)(left);
-  for (int i = 0; i < left.size(); ++i) {
-    const int place = places[static_cast<std::size_t>(i)];
-    verdict.touching |= (of_left.touching >> i & 1u) << place;
-    verdict.apart |= (of_left.apart >> i & 1u) << place;
-  }
+  const auto decideCones = [](const CapsulePairs& left) {
+    return HWY_DYNAMIC_DISPATCH(decideCones)(left);
+  };
+  decideOpen(CapsulePairs(unit()), kNoCapsule, kNoCapsule, decideCones, verdict);
   return verdict;
 }
 

@@ -10,6 +10,18 @@
 
 namespace fcl_fibers::geometry {
 
+/// The arc parameter of the ball of a cone nearest to a point. It lies beyond the foot of the point
+/// towards the larger balls, where the way to the point is across the cone's surface.
+/// @param point  relative to the first end of the cone's axis
+template <typename T>
+T bestOnCone(const Vec3<T>& point, const Vec3<T>& axis, const T& taper) {
+  const T squared = squaredNorm(axis), rest = squared - taper * taper;
+  if (!(rest > T(0))) return taper > T(0) ? T(1) : T(0);
+  const T foot = dot(point, axis) / squared;
+  const Vec3<T> away = point - foot * axis;
+  return clampedToUnit(foot + taper * squareRoot(squaredNorm(away) / (squared * rest)));
+}
+
 /// The distance of the balls at s and t, which is at least the distance of the cones, and the gap
 /// along the line through the balls, which is at most that.
 template <typename T>
@@ -95,17 +107,6 @@ class ConeDistance {
  private:
   T bestOfSecond(const T& s) const { return bestOnCone(w_ + s * u_, v_, taper_q_); }
   T bestOfFirst(const T& t) const { return bestOnCone(t * v_ - w_, u_, taper_p_); }
-
-  /// The arc parameter of the ball nearest to a point. It lies beyond the foot of the point towards
-  /// the larger balls, where the way to the point is across the cone's surface.
-  /// @param point  relative to the first end of the cone's axis
-  static T bestOnCone(const Vec3<T>& point, const Vec3<T>& axis, const T& taper) {
-    const T squared = squaredNorm(axis), rest = squared - taper * taper;
-    if (!(rest > T(0))) return taper > T(0) ? T(1) : T(0);
-    const T foot = dot(point, axis) / squared;
-    const Vec3<T> away = point - foot * axis;
-    return clampedToUnit(foot + taper * squareRoot(squaredNorm(away) / (squared * rest)));
-  }
 
   Vec3<T> w_, u_, v_;
   T radii_, taper_p_, taper_q_;

@@ -148,6 +148,20 @@ FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> closestByProjection(const Vec3Rows<Row>& w
   return {quotientInUnitInterval(uv * t - dot(u, w), dot(u, u)), t};
 }
 
+/// The place on a cone that is nearest to a point, as geometry::bestOnCone() finds it.
+/// @param squared  the length of the axis
+FCL_FIBERS_ALWAYS_INLINE Float bestOnCone(const Vec3Lanes& point, const Vec3Lanes& axis,
+                                          const Float& squared, const Float& taper) {
+  const Float zero = Float::all(0), one = Float::all(1), tiny = Float::all(0x1p-80f);
+  const Float rest = squared - taper * taper;
+  const Float foot = quotient(dot(point, axis), max(squared, tiny));
+  const Vec3Lanes away = pointBetween(point, axis, axis, zero, foot);
+  const Float shift =
+      taper * squareRoot(quotient(dot(away, away), max(squared * rest, tiny * tiny)));
+  const Float at = min(max(foot + shift, zero), one);
+  return choose(zero < rest, at, choose(zero < taper, one, zero));
+}
+
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -2,6 +2,7 @@
 #include "geometry/triangle_contact.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "geometry/directions.h"
@@ -23,7 +24,15 @@ TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle
       (maxNorm(origin) + std::max({maxNorm(capsule.a), maxNorm(capsule.b), maxNorm(triangle.a),
                                    maxNorm(triangle.b), maxNorm(triangle.c)}));
   const bool crosses = maxNorm(closest.apart) <= rounding;
-
+  if (capsule.isTapered() && !crosses &&
+      safeNorm(closest.apart) <= std::fabs(capsule.taper) + rounding) {
+    // Where the axis of a cone crosses the triangle, one of its larger balls may be nearer.
+    const ClosestOnTriangle of_axis = closestPoints({capsule.a, capsule.b, 0}, triangle);
+    if (maxNorm(of_axis.apart) <= rounding) {
+      return triangleContact(capsule, triangle, of_axis, origin);
+    }
+  }
+  const double radius = capsule.radiusAt(closest.s);
   Vec3d normal;
   double axis_distance = 0;
   if (crosses) {
@@ -33,7 +42,10 @@ TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle
                                              maxNorm(edge) > 0 ? edge : triangle.c - triangle.a,
                                              closest.apart));
     const double a = dot(normal, capsule.a - triangle.a), b = dot(normal, capsule.b - triangle.a);
-    const double above = std::max({0.0, a, b}), below = std::max({0.0, -a, -b});
+    // By how much each end is thinner than the ball that crosses, which is 0 for capsules.
+    const double less_a = radius - capsule.radiusAtA(), less_b = radius - capsule.radiusAtB();
+    const double above = std::max({0.0, a - less_a, b - less_b});
+    const double below = std::max({0.0, -a - less_a, -b - less_b});
     if (below <= above) normal = -1.0 * normal;
     axis_distance = -std::min(above, below);
   } else {
@@ -43,8 +55,8 @@ TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle
   const auto& weight = closest.weight;
   return {closest.s,
           {weight[0], weight[1], weight[2]},
-          axis_distance - capsule.radius,
-          capsule.a + closest.s * (capsule.b - capsule.a) + capsule.radius * normal + origin,
+          axis_distance - radius,
+          capsule.a + closest.s * (capsule.b - capsule.a) + radius * normal + origin,
           triangle.a + weight[1] * (triangle.b - triangle.a) +
               weight[2] * (triangle.c - triangle.a) + origin,
           normal,

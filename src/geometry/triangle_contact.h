@@ -18,9 +18,9 @@ struct TriangleContact {
   bool crosses;            ///< whether the axis meets the triangle, within rounding
 };
 
-/// The contact of a capsule and a triangle whose coordinates are relative to `origin`. If the axis
-/// crosses the triangle, the normal is one of the triangle's two: the one against which the capsule
-/// has to move less to get off the triangle's plane.
+/// The contact of a capsule or cone and a triangle whose coordinates are relative to `origin`. If
+/// the axis crosses the triangle, the normal is one of the triangle's two: the one against which
+/// the capsule has to move less to get off the triangle's plane.
 /// @param closest  their closest points
 TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle,
                                 const ClosestOnTriangle& closest, const Vec3d& origin);

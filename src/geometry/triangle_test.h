@@ -12,7 +12,7 @@ struct MeshCorners {
   const MeshPoint *a, *b, *c;
 };
 
-/// A block of pairs of a capsule and a triangle of a mesh.
+/// A block of pairs of a capsule or rounded cone and a triangle of a mesh.
 class TrianglePairs : public PairsOf<const CapsuleEnd*, MeshCorners> {
  public:
   /// @param posing  takes the points of the mesh to the frame of the capsules
@@ -22,6 +22,8 @@ class TrianglePairs : public PairsOf<const CapsuleEnd*, MeshCorners> {
   const MeshPoint (&posing() const)[4] { return posing_; }
 
  private:
+  TrianglePairs(const MeshPoint (&posing)[4], double unit);
+
   MeshPoint posing_[4];
 };
 

@@ -202,7 +202,9 @@ template <>
 class Block<SegmentRange, TriangleHulls<PosedTriangles>> : public TrianglePairs {
  public:
   Block(const SegmentRange& segments, const TriangleHulls<PosedTriangles>& hulls, double unit)
-      : TrianglePairs(hulls.mesh.posing(), unit), segments_(segments), hulls_(hulls) {}
+      : TrianglePairs(hulls.mesh.posing(), unit), segments_(segments), hulls_(hulls) {
+    setMayTaper(segments.mayTaper(), false);
+  }
 
   bool leavesOut(SegmentId segment) const { return hulls_.once && touching_.has(segment); }
   void keep(const Pair& pair) {

@@ -66,7 +66,9 @@ class NearestTriangle final : public tree::NearestVisitor {
     const geometry::Triangle posed = triangles_[triangle];
     // This settles most triangles of which only the boxes are that near.
     if (!axisWithin(capsule_, posed, found.distance)) return Visit::kContinue;
-    const double distance = safeNorm(closestPoints(capsule_, posed).apart);
+    const geometry::ClosestOnTriangle closest = closestPoints(capsule_, posed);
+    const double thinner = capsule_.radius - capsule_.radiusAt(closest.s);
+    const double distance = safeNorm(closest.apart) + thinner;
     if (distance < found.distance) {
       found = {triangle, distance};
       limit = std::min(limit, distance * to_tree_);
@@ -180,7 +182,7 @@ PosedTriangles::Nearest PosedTriangles::nearest(const Segment& capsule, double l
   // Distances are measured up to rounding, so the search goes a little farther.
   const double unit = to_tree_.mostScale() * (1 + 0x1p-20);
   const double in_tree = limit * unit;
-  NearestTriangle visitor(axis, *this, unit);
+  NearestTriangle visitor(capsule, *this, unit);
   visitNearest(mesh().tree(), to_tree_.ofCapsule(axis, 0), 0, tree::kNoGroup,
                std::isfinite(in_tree) ? in_tree : std::numeric_limits<double>::infinity(), visitor);
   if (!(visitor.found.distance <= limit)) visitor.found.triangle = -1;

@@ -62,8 +62,9 @@ class PosedTriangles {
   bool touches(const geometry::Segment& segment, double its_error, TriangleId id,
                double margin) const;
 
-  /// The triangle that is nearest to the axis of a capsule, and their distance. The triangle is -1
-  /// if none is as near as the limit.
+  /// The triangle that is nearest to the axis of a capsule, and their distance. Of a cone it is the
+  /// one nearest to the surface, and the distance is that of the surface and the larger radius
+  /// together. The triangle is -1 if none is as near as the limit.
   struct Nearest {
     TriangleId triangle;
     double distance;

@@ -13,26 +13,13 @@
 
 #include "arrays/motion.h"
 #include "arrays/random_shapes.h"
+#include "arrays/tapered_fibers.h"
 #include "support/least_of_convex.h"
 #include "support/scalars.h"
 
 // Fibers with a radius at each point, so that their segments are rounded cones, and shapes.
 namespace fcl_fibers::test {
 namespace {
-
-/// The ends of a segment and their radii.
-struct Cone {
-  test::Point a, b;
-  Real at_a, at_b;
-
-  Real thickest() const { return std::max(at_a, at_b); }
-};
-
-template <typename S>
-Cone coneOf(const Assembly<S>& fibers, std::size_t k) {
-  const auto point = [&](std::size_t i) { return toPoint(fibers.point(i)); };
-  return {point(k), point(k + 1), Real(fibers.radii[k]), Real(fibers.radii[k + 1])};
-}
 
 /// The distance by its definition: the least over all balls. It is some value that is not positive
 /// if the axis reaches into the shape.
@@ -41,19 +28,6 @@ Real distanceOf(const Cone& cone, const Shape& shape) {
     const test::Point center = (1 - s) * cone.a + s * cone.b;
     return axisDistance(center, center, shape) - ((1 - s) * cone.at_a + s * cone.at_b);
   });
-}
-
-/// Radii that differ from point to point, some of them 0 and some larger than the segment is long.
-template <typename S>
-Assembly<S> taperedFibers(std::uint64_t seed, int fibers) {
-  Assembly<S> assembly = curledFibers<S>(seed, fibers);
-  Random random(seed + 500);
-  for (S& radius : assembly.radii) {
-    const double kinds[] = {0, 0.1, 0.02 * random.unit(), 0.05 * random.unit()};
-    radius = static_cast<S>(kinds[random.below(4)]);
-  }
-  assembly.radii_are = FiberArrays<S>::Radii::kPerPoint;
-  return assembly;
 }
 
 template <typename S>

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "geometry/segment.h"
+#include "geometry/triangle.h"
+#include "support/exact_geometry.h"
 #include "support/least_of_convex.h"
 
 namespace fcl_fibers::test {
@@ -24,6 +26,17 @@ inline long double coneDistance(const geometry::Segment& p, const geometry::Segm
       const long double dx = x[0] - y[0], dy = x[1] - y[1], dz = x[2] - y[2];
       return std::sqrt(dx * dx + dy * dy + dz * dz) - x[3] - y[3];
     });
+  });
+}
+
+/// The distance of a rounded cone and a triangle by its definition, with the same error.
+inline long double coneDistance(const geometry::Segment& p, const geometry::Triangle& t) {
+  const auto exact = [](const geometry::Vec3d& x) { return Point(x.x, x.y, x.z); };
+  const Point a = exact(p.a), b = exact(p.b);
+  const ExactTriangle triangle{exact(t.a), exact(t.b), exact(t.c)};
+  return leastOfConvex([&](long double s) {
+    const Point x = (1 - s) * a + s * b;
+    return segmentTriangleDistance(x, x, triangle) - ((1 - s) * p.radiusAtA() + s * p.radiusAtB());
   });
 }
 
