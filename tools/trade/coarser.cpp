@@ -28,29 +28,52 @@ CoarserFibers everyNth(const FiberPolylines& fibers, std::size_t n) {
   coarser.segment_of.resize(fibers.points.size());
   FiberPolylines& kept = coarser.fibers;
   kept.radius = fibers.radius;
+  kept.radii_are = fibers.radii_are;
   kept.closed = fibers.closed;
+  kept.starts_at = fibers.starts_at;
+  kept.ends_at = fibers.ends_at;
+  std::vector<bool> is_joint(fibers.points.size());
+  for (const auto* at : {&fibers.starts_at, &fibers.ends_at}) {
+    for (const std::int32_t i : *at) {
+      if (i >= 0) is_joint[static_cast<std::size_t>(i)] = true;
+    }
+  }
+  std::vector<std::int32_t> number_of(fibers.points.size());  // of those that are kept
+  const auto keep = [&](std::size_t i, double radius) {
+    number_of[i] = static_cast<std::int32_t>(kept.points.size());
+    kept.points.push_back(fibers.points[i]);
+    if (fibers.radii.empty()) return;
+    kept.radii.push_back(fibers.hasRadiiOfPoints() ? fibers.radii[i] : radius);
+  };
   for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
     const std::size_t begin = fibers.point_begin[f], end = fibers.point_begin[f + 1];
-    for (std::size_t from = begin; from < end; from += n) {
-      const std::size_t to = std::min(from + n, end - 1);
-      const auto number = static_cast<std::int32_t>(kept.points.size());
-      kept.points.push_back(fibers.points[from]);
-      double radius = fibers.radiusAt(from);
+    double radius = 0;
+    for (std::size_t from = begin; from + 1 < end;) {
+      std::size_t to = from + 1;
+      while (to < from + n && to + 1 < end && !is_joint[to]) ++to;
+      radius = fibers.radiusAt(from);
+      for (std::size_t i = from; i < to; ++i) radius = std::max(radius, fibers.radiusAt(i));
+      keep(from, radius);
+      Axis axis = axisOf(fibers.points[from], fibers.points[to]);
+      if (fibers.hasRadiiOfPoints()) {
+        axis.radius = fibers.radii[from];
+        axis.taper = fibers.radii[to] - axis.radius;
+      }
       for (std::size_t i = from; i < to; ++i) {
-        coarser.segment_of[i] = number;
-        radius = std::max(radius, fibers.radiusAt(i));
-        const Closest near = closest(axisOf(fibers.points[from], fibers.points[to]),
-                                     axisOf(fibers.points[i], fibers.points[i]));
-        coarser.error = std::max(coarser.error, static_cast<double>(near.distance));
+        coarser.segment_of[i] = number_of[from];
+        const double own = fibers.hasRadiiOfPoints() ? fibers.radii[i] : 0;
+        const Gap gap = gapOf(axis, axisOf(fibers.points[i], fibers.points[i]));
+        coarser.error = std::max(coarser.error, static_cast<double>(gap.gap) + own);
       }
-      if (!fibers.radii.empty()) kept.radii.push_back(radius);
-      if (to + 1 == end && to > from) {
-        kept.points.push_back(fibers.points[to]);
-        if (!fibers.radii.empty()) kept.radii.push_back(radius);
-        break;
-      }
+      from = to;
     }
+    if (end > begin) keep(end - 1, radius);
     kept.point_begin.push_back(kept.points.size());
+  }
+  for (auto* at : {&kept.starts_at, &kept.ends_at}) {
+    for (std::int32_t& i : *at) {
+      if (i >= 0) i = number_of[static_cast<std::size_t>(i)];
+    }
   }
   return coarser;
 }

@@ -15,11 +15,12 @@ namespace fcl_fibers::tools::trade {
 struct CoarserFibers {
   FiberPolylines fibers;
   std::vector<std::int32_t> segment_of;  ///< by first point of the finer segment, which is in it
-  double error;  ///< how far a point of the finer fibers is at most from its segment's axis
+  double error;  ///< how far a finer segment is at most from its segment's axis, or, if radii are
+                 ///< those of points, sticks out of that segment
 };
 
-/// Every n-th point of each fiber, and its last. A segment has the largest radius of those that it
-/// replaces.
+/// Every n-th point of each fiber, its last, and those at which others start or end. A segment has
+/// the largest radius of those that it replaces, unless radii are those of points.
 CoarserFibers everyNth(const FiberPolylines& fibers, std::size_t n);
 
 /// A mesh of fewer triangles.

@@ -22,6 +22,8 @@ constexpr double kParallel = 1e-3;     ///< sine, below which the place of a con
 constexpr double kMeeting = 1e-3;      ///< of the radii, within which axes have no normal
 constexpr double kShortest = 0x1p-30;  ///< part of a step
 constexpr int kMostInstants = 10000;   ///< of a step in which a pair is looked at
+constexpr int kCuts = 72;              ///< of an interval, after which 2^-64 of it is left
+constexpr double kConeTests = 1000;    ///< tests of two boxes that take as long as one of cones
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Vector operator-(const Vector& p, const Vector& q) {
@@ -49,6 +51,56 @@ Vector onAxis(const Vector& from, const Vector& to, const Vector& x) {
   const Real squared = dot(along, along);
   if (!(squared > 0)) return from;
   return from + std::clamp<Real>(dot(along, x - from) / squared, 0, 1) * along;
+}
+
+Axis axisOf(const FiberPolylines& fibers, std::size_t i) {
+  const Real from = fibers.radiusAt(i, 0), to = fibers.radiusAt(i, 1);
+  return {vectorOf(fibers.points[i]), vectorOf(fibers.points[i + 1]), from, to - from};
+}
+
+Vector placeAt(const Axis& axis, Real s) { return between(axis.from, axis.to, s); }
+Real radiusAt(const Axis& axis, Real s) { return axis.radius + s * axis.taper; }
+
+/// Where the ball of a segment is that is nearest to a point: towards the larger end from the foot
+/// of the point, so far that the surface is met at a right angle.
+Real nearestBall(const Axis& axis, const Vector& x) {
+  const Vector along = axis.to - axis.from;
+  const Real length = norm(along);
+  if (!(length > std::abs(axis.taper))) return axis.taper > 0 ? 1 : 0;
+  const Vector unit = (1 / length) * along;
+  const Real foot = dot(unit, x - axis.from);
+  const Real away = norm(x - axis.from - foot * unit);
+  const Real cosine = std::sqrt((length - axis.taper) * (length + axis.taper));
+  return std::clamp<Real>((foot + away * axis.taper / cosine) / length, 0, 1);
+}
+
+/// The least gap of a convex function of the place along a segment.
+/// @param partner  the ball of the partner that is nearest to that of the segment at a place
+template <class Partner>
+Gap leastGap(const Axis& axis, const Partner& partner) {
+  const auto at = [&](Real s) {
+    const Vector p = placeAt(axis, s);
+    const auto [q, radius_q] = partner(p);
+    const Real radius = radiusAt(axis, s);
+    return Gap{norm(p - q) - radius - radius_q, p, q, radius, radius_q};
+  };
+  Gap best = at(0);
+  const auto keep = [&best](const Gap& gap) {
+    if (gap.gap < best.gap) best = gap;
+  };
+  keep(at(1));
+  const Vector along = axis.to - axis.from;
+  Real low = 0, high = 1;
+  for (int i = 0; i < kCuts && low < high; ++i) {
+    // Not the middle, where axes of round numbers may cross, so that the slope is not known.
+    const Real s = low + 0.4641L * (high - low);
+    const Gap gap = at(s);
+    keep(gap);
+    const Vector way = gap.p - gap.q;
+    const bool rises = dot(way, along) >= axis.taper * norm(way);
+    (rises ? high : low) = s;
+  }
+  return best;
 }
 
 void keepNearer(Closest& best, const Vector& p, const Vector& q) {
@@ -162,23 +214,23 @@ class Judge {
     }
   }
 
-  static Axis axisOf(const FiberPolylines& fibers, std::size_t i) {
-    return {vectorOf(fibers.points[i]), vectorOf(fibers.points[i + 1]), fibers.radiusAt(i)};
-  }
   Axis axisAt(std::size_t i, Real time) const {
     const Axis start = axisOf(scene_.fibers, i);
     if (!scene_.isStep()) return start;
     const Axis end = axisOf(scene_.end.front(), i);
     return {between(start.from, end.from, time), between(start.to, end.to, time),
-            start.radius + time * (end.radius - start.radius)};
+            start.radius + time * (end.radius - start.radius),
+            start.taper + time * (end.taper - start.taper)};
   }
   Box boxOf(std::size_t i) const {
     Box box;
     for (const double time : {0.0, 1.0}) {
       const Axis axis = axisAt(i, time);
-      const double radius = (1 + kBand) * static_cast<double>(axis.radius) + rounding_;
-      box.add(pointOf(axis.from), radius);
-      box.add(pointOf(axis.to), radius);
+      const auto add = [&](const Vector& p, Real radius) {
+        box.add(pointOf(p), (1 + kBand) * static_cast<double>(radius) + rounding_);
+      };
+      add(axis.from, axis.radius);
+      add(axis.to, axis.radius + axis.taper);
     }
     return box;
   }
@@ -196,13 +248,22 @@ class Judge {
     }
   }
 
-  /// Whether the part of a fiber between two segments is too short to turn back.
-  bool isAlong(std::size_t fiber, std::size_t i, std::size_t j, Real radii) {
-    const NearAlong near =
-        along_.near(fiber, {static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)});
+  /// Whether the part of a fiber, or of joined ones, between two segments is too short to turn
+  /// back.
+  /// @param fiber  of both, or null
+  bool isAlong(const std::size_t* fiber, SegmentPair pair, Real radii) {
     constexpr double kHalfCircle = 1.5707963267948966;
-    if (near.numbers_apart > 1 && !(near.length_between <= kHalfCircle * radii)) return false;
-    verdict_.has_pairs_along = verdict_.has_pairs_along || near.numbers_apart > 1;
+    const double too_short = kHalfCircle * static_cast<double>(radii);
+    const auto isNear = [&](const NearAlong& near) {
+      return near.numbers_apart <= 1 || near.length_between <= too_short;
+    };
+    std::optional<NearAlong> near;
+    if (fiber != nullptr) near = along_.near(*fiber, pair);
+    if (along_.hasBranches() && !(near && isNear(*near))) {
+      near = along_.nearAcross(pair, too_short, 1);
+    }
+    if (!near || !isNear(*near)) return false;
+    verdict_.has_pairs_along = verdict_.has_pairs_along || near->numbers_apart > 1;
     return true;
   }
 
@@ -210,16 +271,16 @@ class Judge {
   void comparePair(std::size_t i, std::size_t j, const std::size_t* fiber) {
     Touch touch{static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)};
     const Axis a = axisAt(i, 1), b = axisAt(j, 1);
-    const Real radii = a.radius + b.radius, band = kBand * radii + rounding_;
+    const Real radii = a.most() + b.most(), band = kBand * radii + rounding_;
     std::optional<bool> touches;
     if (scene_.isStep()) {
       touches = firstTouch(i, j, band, touch.time);
     } else {
-      const Real gap = closest(a, b).distance - radii;
+      const Real gap = gapAbove(a, b, band);
       if (std::abs(gap) > band) touches = gap < 0;
     }
     if (touches == false) return;
-    if (fiber != nullptr && isAlong(*fiber, i, j, radii)) return;
+    if (isAlong(fiber, {touch.a, touch.b}, radii)) return;
     if (!touches) {
       verdict_.open.push_back(touch);
       return;
@@ -228,28 +289,39 @@ class Judge {
     verdict_.contacts.push_back(touch);
   }
 
+  /// The gap of two segments, or a lower bound of it that is more than `enough`.
+  Real gapAbove(const Axis& a, const Axis& b, Real enough) {
+    const Real least = closest(a, b).distance - a.most() - b.most();
+    if ((a.taper == 0 && b.taper == 0) || least > enough) return least;
+    tests_ += kConeTests;
+    return gapOf(a, b).gap;
+  }
+
   static void setContact(const Axis& a, const Axis& b, Touch& touch) {
-    const Closest points = closest(a, b);
-    const Real radii = a.radius + b.radius;
-    touch.distance = static_cast<double>(points.distance - radii);
-    Vector normal{};
-    if (points.distance > kMeeting * radii) {
-      normal = (1 / points.distance) * (points.q - points.p);
-    }
-    touch.normal = pointOf(normal);
-    touch.place = pointOf(0.5L * (points.p + a.radius * normal + points.q - b.radius * normal));
+    setContact(gapOf(a, b), touch);
     const Vector u = a.to - a.from, v = b.to - b.from;
     touch.is_at_one_place = norm(cross(u, v)) > kParallel * norm(u) * norm(v);
+  }
+  /// Returns the normal, too.
+  static Vector setContact(const Gap& gap, Touch& touch) {
+    touch.distance = static_cast<double>(gap.gap);
+    const Vector way = gap.q - gap.p;
+    const Real distance = norm(way);
+    Vector normal{};
+    if (distance > kMeeting * (gap.radius_p + gap.radius_q)) normal = (1 / distance) * way;
+    touch.normal = pointOf(normal);
+    touch.place = pointOf(0.5L * (gap.p + gap.radius_p * normal + gap.q - gap.radius_q * normal));
+    return normal;
   }
 
   /// When two segments first touch in the step. The gap changes no faster than the fastest end of
   /// one moves beside an end of the other, so what is apart far enough is apart for some time
   /// before and after it. The rest is halved again and again, the earliest first.
   std::optional<bool> firstTouch(std::size_t i, std::size_t j, Real band, double& time) {
-    const auto gapAt = [&](Real at) {
-      const Axis a = axisAt(i, at), b = axisAt(j, at);
+    // A lower bound where that is above `enough`.
+    const auto gapAt = [&](Real at, Real enough) {
       ++tests_;
-      return closest(a, b).distance - a.radius - b.radius;
+      return gapAbove(axisAt(i, at), axisAt(j, at), enough);
     };
     const Axis a = axisAt(i, 0), a_end = axisAt(i, 1), b = axisAt(j, 0), b_end = axisAt(j, 1);
     Real speed = 0;
@@ -258,11 +330,15 @@ class Judge {
         speed = std::max(speed, norm(p - q));
       }
     }
-    speed += std::abs(a_end.radius - a.radius + b_end.radius - b.radius);
+    // The radii at the ends of one change beside those at the ends of the other.
+    const Real from_a = a_end.radius - a.radius, from_b = b_end.radius - b.radius;
+    const Real to_a = from_a + a_end.taper - a.taper, to_b = from_b + b_end.taper - b.taper;
+    speed += std::max({std::abs(from_a + from_b), std::abs(from_a + to_b), std::abs(to_a + from_b),
+                       std::abs(to_a + to_b)});
     time = 0;
-    if (gapAt(0) < -band) return true;
+    if (gapAt(0, 0) < -band) return true;
     std::vector<std::pair<double, double>> rest = {{0, 1}};
-    bool is_open = false, touches = gapAt(1) < -band;
+    bool is_open = false, touches = gapAt(1, 0) < -band;
     time = 1;
     for (int instants = 0; !rest.empty(); ++instants) {
       is_open = is_open || instants == kMostInstants;
@@ -270,7 +346,7 @@ class Judge {
       const auto [from, to] = rest.back();
       rest.pop_back();
       const double middle = 0.5 * (from + to), half = middle - from;
-      const Real gap = gapAt(middle);
+      const Real gap = gapAt(middle, speed * half + band);
       if (gap > speed * half + band) continue;
       if (gap < -band) {
         touches = true;
@@ -299,30 +375,23 @@ class Judge {
     tests_ += static_cast<double>(triangles_.size() + (piece.end - piece.begin) * near.size());
     for (std::size_t i = piece.begin; i < piece.end; ++i) {
       const Axis axis = axisOf(scene_.fibers, i);
-      Closest best{kInfinity, {}, {}};
-      const Triangle* nearest = nullptr;
+      Gap best{kInfinity, {}, {}, 0, 0};
       for (const Triangle* triangle : near) {
         if (boxes_[i].isApart(triangle->box)) continue;
-        const Closest found = closest(axis, triangle->corners);
-        if (found.distance < best.distance) {
-          best = found;
-          nearest = triangle;
+        if (axis.taper != 0) {
+          if (closest(axis, triangle->corners).distance - axis.most() > best.gap) continue;
+          tests_ += 3 * kConeTests;
         }
+        const Gap found = gapOf(axis, triangle->corners);
+        if (found.gap < best.gap) best = found;
       }
-      if (nearest == nullptr) continue;
-      const Real gap = best.distance - axis.radius, band = kBand * axis.radius + rounding_;
-      if (gap > band) continue;
-      Vector normal{};
-      if (best.distance > kMeeting * axis.radius) {
-        normal = (1 / best.distance) * (best.q - best.p);
-      }
-      const Vector place = 0.5L * (best.p + axis.radius * normal + best.q);
-      Touch touch{static_cast<std::int32_t>(i), kAMesh, static_cast<double>(gap), pointOf(normal),
-                  pointOf(place)};
+      const Real band = kBand * axis.most() + rounding_;
+      if (!(best.gap <= band)) continue;
+      Touch touch{static_cast<std::int32_t>(i), kAMesh};
+      const Vector normal = setContact(best, touch), along = axis.to - axis.from;
       // Along a triangle or an edge many places are right.
-      touch.is_at_one_place =
-          std::abs(dot(normal, axis.to - axis.from)) > kParallel * norm(axis.to - axis.from);
-      (gap < -band ? verdict_.contacts : verdict_.open).push_back(touch);
+      touch.is_at_one_place = std::abs(dot(normal, along) + axis.taper) > kParallel * norm(along);
+      (best.gap < -band ? verdict_.contacts : verdict_.open).push_back(touch);
     }
   }
 
@@ -381,6 +450,27 @@ Closest closest(const Axis& axis, const std::array<Vector, 3>& triangle) {
     if (isInside(crossing)) best = {0, crossing, crossing};
   }
   return best;
+}
+
+Gap gapOf(const Axis& a, const Axis& b) {
+  if (a.taper == 0 && b.taper == 0) {
+    const Closest near = closest(a, b);
+    return {near.distance - a.radius - b.radius, near.p, near.q, a.radius, b.radius};
+  }
+  return leastGap(a, [&b](const Vector& p) {
+    const Real t = nearestBall(b, p);
+    return std::pair(placeAt(b, t), radiusAt(b, t));
+  });
+}
+
+Gap gapOf(const Axis& axis, const std::array<Vector, 3>& triangle) {
+  if (axis.taper == 0) {
+    const Closest near = closest(axis, triangle);
+    return {near.distance - axis.radius, near.p, near.q, axis.radius, 0};
+  }
+  return leastGap(axis, [&triangle](const Vector& p) {
+    return std::pair(closest(Axis{p, p, 0}, triangle).q, Real{0});
+  });
 }
 
 Verdict judge(const Scene& scene, double most_tests, const std::function<void(double)>& tell) {

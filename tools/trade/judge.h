@@ -30,10 +30,13 @@ struct Scene {
 using Real = long double;
 using Vector = std::array<Real, 3>;
 
-/// The axis of a capsule.
+/// The axis of a segment.
 struct Axis {
   Vector from, to;
-  Real radius;
+  Real radius;     ///< at `from`
+  Real taper = 0;  ///< by how much the radius at `to` is larger
+
+  Real most() const { return taper > 0 ? radius + taper : radius; }  ///< the larger radius
 };
 
 /// The closest points of two things.
@@ -48,6 +51,20 @@ Closest closest(const Axis& a, const Axis& b);
 /// The least of the distances of ends from the triangle and of the axis from its edges; or 0, where
 /// the axis crosses it.
 Closest closest(const Axis& axis, const std::array<Vector, 3>& triangle);
+
+/// Where two things are nearest to each other or overlap most: the balls of the least distance.
+struct Gap {
+  Real gap;  ///< from surface to surface
+  Vector p, q;
+  Real radius_p, radius_q;
+};
+
+/// The balls along two segments of the least distance: |p - q| without the two radii. If neither
+/// tapers, they are at the closest points. Otherwise the distance is a convex function of the two
+/// places, which is halved to its least value.
+Gap gapOf(const Axis& a, const Axis& b);
+/// A segment and a triangle, whose points have no radius.
+Gap gapOf(const Axis& axis, const std::array<Vector, 3>& triangle);
 
 constexpr std::int32_t kAMesh = -1;  ///< the partner of a segment that touches a mesh
 
@@ -67,8 +84,8 @@ bool operator<(const Touch& a, const Touch& b);
 /// fiber.
 struct Verdict {
   /// Pairs that touch, ascending, of which one at least is of the sample. Pairs that a fiber has
-  /// with itself because it is thick are no contacts: those whose part between them cannot turn
-  /// back, see PairsAlong.
+  /// with itself, or with one that it is joined to, because it is thick are no contacts: those
+  /// whose part between them cannot turn back, see PairsAlong.
   std::vector<Touch> contacts;
   std::vector<Touch> open;  ///< pairs whose touch rounding decides, ascending
   /// By first point: the number of its piece, from 1, or 0 if it is outside of the sample.

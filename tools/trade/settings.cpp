@@ -56,13 +56,15 @@ class Numbers {
     for (const double r : fibers.radii) radii_.push_back(static_cast<S>(r));
     if (radii_.empty()) radii_.push_back(static_cast<S>(fibers.radius));
     using Radii = typename FiberArrays<S>::Radii;
-    arrays_ = {points_.data(),
-               fibers.points.size(),
-               fibers.point_begin.data(),
-               fibers.fiberCount(),
-               radii_.data(),
-               fibers.radii.empty() ? Radii::kOne : Radii::kPerFirstPoint};
-    arrays_.closed = fibers.closed.empty() ? nullptr : fibers.closed.data();
+    arrays_ = {points_.data(),      fibers.points.size(), fibers.point_begin.data(),
+               fibers.fiberCount(), radii_.data(),        Radii::kOne};
+    if (!fibers.radii.empty()) {
+      arrays_.radii_are = fibers.hasRadiiOfPoints() ? Radii::kPerPoint : Radii::kPerFirstPoint;
+    }
+    const FiberArrays<double> given = fiberArrays(fibers);
+    arrays_.closed = given.closed;
+    arrays_.starts_at = given.starts_at;
+    arrays_.ends_at = given.ends_at;
   }
   Numbers(const Numbers&) = delete;
   Numbers& operator=(const Numbers&) = delete;
@@ -413,6 +415,60 @@ class Dials {
     }
   }
 
+  /// What the scene has and is left out: tapers of segments, and where fibers meet.
+  void addLeftOut() {
+    const auto addChanged = [this](const std::string& dial, const std::string& value,
+                                   const std::string& cpp, const std::string& python,
+                                   const std::function<void(FiberPolylines&)>& change) {
+      const auto changed = std::make_shared<Scene>(scene_);
+      change(changed->fibers);
+      change(changed->before);
+      for (FiberPolylines& end : changed->end) change(end);
+      add(
+          dial, value, usual_,
+          [changed, options = usual_]() -> std::unique_ptr<Trial> {
+            if (changed->isStep()) return std::make_unique<LinearTrial<double>>(*changed, options);
+            if (changed->meshes.empty()) {
+              return std::make_unique<PairTrial<double>>(changed->fibers, changed->before, options);
+            }
+            return std::make_unique<MeshTrial<double>>(*changed, meshesOf(*changed), options);
+          },
+          cpp, python);
+    };
+    const auto isAny = [this](const auto& has) {
+      return has(scene_.fibers) || (scene_.isStep() && has(scene_.end.front()));
+    };
+    if (isAny([](const FiberPolylines& fibers) { return fibers.hasRadiiOfPoints(); })) {
+      for (const bool is_mean : {false, true}) {
+        const std::string which = is_mean ? "mean" : "larger";
+        addChanged("tapers", "left out, " + which + " radii",
+                   "// radii[i]: the " + which +
+                       " radius of points i and i + 1.\n"
+                       "fibers.radii_are = FiberArrays<double>::Radii::kPerFirstPoint;\n",
+                   std::string("# No PointRadii: of each segment, at its first point.\n") +
+                       "radii = np.asarray(radii)\n" +
+                       (is_mean ? "radii = (radii + np.roll(radii, -1)) / 2\n"
+                                : "radii = np.maximum(radii, np.roll(radii, -1))\n"),
+                   [is_mean](FiberPolylines& fibers) { leaveOutTapers(fibers, is_mean); });
+      }
+    }
+    const auto branch = [](const FiberPolylines& fibers) {
+      return !fibers.starts_at.empty() || !fibers.ends_at.empty();
+    };
+    if (scene_.meshes.empty() && isAny(branch)) {
+      addChanged("branches", "left out", "fibers.starts_at = fibers.ends_at = nullptr;\n",
+                 "tree.build(points, offsets, radii)  # without starts_at and ends_at\n",
+                 [](FiberPolylines& fibers) { fibers.starts_at = fibers.ends_at = {}; });
+    }
+  }
+  static void leaveOutTapers(FiberPolylines& fibers, bool is_mean) {
+    if (!fibers.hasRadiiOfPoints()) return;
+    for (std::size_t i = 0; i + 1 < fibers.points.size(); ++i) {
+      fibers.radii[i] = is_mean ? fibers.radiusAt(i, 0.5) : fibers.radiusAt(i);
+    }
+    fibers.radii_are = FiberArrays<double>::Radii::kPerFirstPoint;
+  }
+
   void addTrees() {
     for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
       for (const Volumes volumes : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
@@ -433,6 +489,7 @@ class Dials {
       add(dial, value, options, makePairs<double>(options));
     };
     addThreads(add_tree);
+    addLeftOut();
     add("input", "float", usual_, makePairs<float>(usual_), kFloatCpp, kFloatPython);
     addMargins(add_tree);
     addNeighbours(add_tree);
@@ -462,9 +519,9 @@ class Dials {
     }
   }
 
-  std::vector<TriangleMesh> meshes() const {
+  static std::vector<TriangleMesh> meshesOf(const Scene& scene) {
     std::vector<TriangleMesh> meshes;
-    for (const MeshFile& mesh : scene_.meshes) meshes.push_back(mesh.mesh);
+    for (const MeshFile& mesh : scene.meshes) meshes.push_back(mesh.mesh);
     return meshes;
   }
 
@@ -474,7 +531,7 @@ class Dials {
                     const std::string& cpp = "", const std::string& python = "") {
     add(
         dial, value, options,
-        [this_scene = &scene_, meshes = meshes(), options, root_length] {
+        [this_scene = &scene_, meshes = meshesOf(scene_), options, root_length] {
           return std::make_unique<MeshTrial<S>>(*this_scene, meshes, options, root_length);
         },
         cpp, python);
@@ -495,6 +552,7 @@ class Dials {
       addMeshTrial(dial, value, options);
     };
     addThreads(add_trial);
+    addLeftOut();
     addMeshTrial<float>("input", "float", usual_, 0, kFloatCpp, kFloatPython);
     addMargins(add_trial);
     for (const int n : {1, 4}) {
@@ -548,6 +606,7 @@ class Dials {
     add_tree("step", "linear bounds, super thread",
              with([](FiberTreeOptions& options) { options.topology = Topology::kSuperThread; }));
     addThreads(add_tree);
+    addLeftOut();
     addTreeOfStep<float>("input", "float", usual_, kFloatCpp, kFloatPython);
     addMargins(add_tree);
     addNeighbours(add_tree);

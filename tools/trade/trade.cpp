@@ -96,7 +96,9 @@ class Hash {
     add(fibers.point_begin);
     add(fibers.radii);
     add(fibers.closed);
-    add(std::vector<double>{fibers.radius});
+    add(fibers.starts_at);
+    add(fibers.ends_at);
+    add(std::vector<double>{fibers.radius, fibers.hasRadiiOfPoints() ? 1.0 : 0.0});
   }
   std::uint64_t value() const { return value_; }
 
@@ -276,15 +278,6 @@ ordered_json jsonOf(const Row& row) {
   return json;
 }
 
-/// What all contenders can hold and what is judged: capsules, which have the larger radius where a
-/// segment tapers, of fibers that touch where they branch.
-void makePlain(FiberPolylines& fibers) {
-  fibers.starts_at = fibers.ends_at = {};
-  if (!fibers.hasRadiiOfPoints()) return;
-  for (std::size_t i = 0; i + 1 < fibers.points.size(); ++i) fibers.radii[i] = fibers.radiusAt(i);
-  fibers.radii_are = FiberArrays<double>::Radii::kPerFirstPoint;
-}
-
 Scene readScene(const Request& request, std::string& title) {
   if (request.scenes.size() != 1) throw std::invalid_argument("trade takes one scene");
   if (request.end && !request.meshes.paths.empty()) {
@@ -304,9 +297,6 @@ Scene readScene(const Request& request, std::string& title) {
     const bool has_next = source.is_file || source.frame + 1 < source.frame_count;
     scene.before = source.make(has_next ? source.frame + 1 : source.frame - 1);
   }
-  makePlain(scene.fibers);
-  makePlain(scene.before);
-  for (FiberPolylines& end : scene.end) makePlain(end);
   scene.meshes = request.meshes.read();
   if (scene.fibers.segmentCount() == 0) {
     throw std::invalid_argument("'" + title + "' has no segment");
