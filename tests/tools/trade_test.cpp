@@ -2,6 +2,7 @@
 //
 // What the command `trade` judges by, beside the oracles of the tests.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +14,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/branched_fibers.h"
 #include "support/exact_geometry.h"
+#include "support/least_of_convex.h"
 #include "support/random.h"
 #include "support/touch_oracle.h"
 #include "tools/trade/coarser.h"
@@ -235,6 +238,232 @@ TEST(Judge, FindsWhatTouchesInAStep) {
   }
 }
 
+constexpr auto kPerPoint = FiberArrays<double>::Radii::kPerPoint;
+
+/// Fibers that meet, and whose radii differ from point to point.
+FiberPolylines taperedTree(std::uint64_t seed) {
+  FiberPolylines scene = test::branchedFibers(seed);
+  test::Random random(seed);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    scene.radii.push_back(static_cast<float>(random.between(0.01, 0.1)));
+  }
+  scene.radii_are = kPerPoint;
+  return scene;
+}
+
+std::vector<std::size_t> segmentsOf(const FiberPolylines& scene) {
+  std::vector<std::size_t> segments;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    for (std::size_t n = 0; n < scene.segmentCount(f); ++n) {
+      segments.push_back(scene.point_begin[f] + n);
+    }
+  }
+  return segments;
+}
+
+/// A ball of a segment: its middle, and its radius.
+std::array<long double, 4> ballAt(const FiberPolylines& scene, std::size_t i, long double s) {
+  const Point &p = scene.points[i], &q = scene.points[i + 1];
+  const auto mix = [s](double from, double to) { return (1 - s) * from + s * to; };
+  return {mix(p[0], q[0]), mix(p[1], q[1]), mix(p[2], q[2]),
+          mix(scene.radiusAt(i, 0), scene.radiusAt(i, 1))};
+}
+
+long double ballGap(const std::array<long double, 4>& x, const std::array<long double, 4>& y) {
+  const long double dx = x[0] - y[0], dy = x[1] - y[1], dz = x[2] - y[2];
+  return std::sqrt(dx * dx + dy * dy + dz * dz) - x[3] - y[3];
+}
+
+/// By the definition.
+double coneGap(const FiberPolylines& scene, std::size_t i, std::size_t j) {
+  return static_cast<double>(test::leastOfConvex([&](long double s) {
+    const auto ball = ballAt(scene, i, s);
+    return test::leastOfConvex([&](long double t) { return ballGap(ball, ballAt(scene, j, t)); });
+  }));
+}
+
+/// The shortest ways between all points along fibers (Floyd and Warshall).
+class Ways {
+ public:
+  /// @param by_number  each segment counts as 1, not by its length
+  Ways(const FiberPolylines& scene, bool by_number)
+      : length_(scene.points.size(), std::vector<double>(scene.points.size(), 1e300)) {
+    const auto join = [&](std::size_t p, std::size_t q, double length) {
+      length_[p][q] = length_[q][p] = std::min(length_[p][q], length);
+    };
+    const std::size_t count = length_.size();
+    for (std::size_t i = 0; i < count; ++i) length_[i][i] = 0;
+    for (const std::size_t i : segmentsOf(scene)) {
+      const Point &p = scene.points[i], &q = scene.points[i + 1];
+      join(i, i + 1, by_number ? 1 : std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
+    }
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+      if (scene.isClosed(f)) join(begin, end - 1, 0);
+      const auto joinAt = [&](const std::vector<std::int32_t>& at, std::size_t own) {
+        if (!at.empty() && at[f] >= 0) join(own, static_cast<std::size_t>(at[f]), 0);
+      };
+      joinAt(scene.starts_at, begin);
+      joinAt(scene.ends_at, end - 1);
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t j = 0; j < count; ++j) {
+          length_[i][j] = std::min(length_[i][j], length_[i][k] + length_[k][j]);
+        }
+      }
+    }
+  }
+  double between(std::size_t i, std::size_t j) const {
+    return std::min({length_[i][j], length_[i + 1][j], length_[i][j + 1], length_[i + 1][j + 1]});
+  }
+
+ private:
+  std::vector<std::vector<double>> length_;
+};
+
+/// All pairs that touch and are not adjacent, nor as near along fibers as `most` tells.
+template <class Most>
+std::vector<Pair> pairsByHand(const FiberPolylines& scene, const Most& most) {
+  const Ways lengths(scene, false), numbers(scene, true);
+  std::vector<Pair> pairs;
+  const std::vector<std::size_t> segments = segmentsOf(scene);
+  for (const std::size_t i : segments) {
+    for (const std::size_t j : segments) {
+      if (j <= i || numbers.between(i, j) == 0 || lengths.between(i, j) <= most(i, j)) continue;
+      if (coneGap(scene, i, j) < 0) pairs.emplace_back(i, j);
+    }
+  }
+  return pairs;
+}
+
+/// What is true: pairs other than those whose part between them cannot turn back.
+std::vector<Pair> contactsByHand(const FiberPolylines& scene) {
+  return pairsByHand(scene, [&](std::size_t i, std::size_t j) {
+    return std::acos(-1) / 2 * (scene.radiusAt(i) + scene.radiusAt(j));
+  });
+}
+
+// The thin end of a cone would touch as its thick one does, or branches would touch where they
+// begin.
+TEST(Judge, FindsWhatTouchesWhereFibersTaperAndBranch) {
+  std::size_t contacts = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Scene scene = {taperedTree(seed), {}};
+    const Verdict verdict = judge(scene, kAll, kSilent);
+    EXPECT_EQ(pairsOf(verdict.contacts), contactsByHand(scene.fibers));
+    EXPECT_THAT(verdict.open, IsEmpty());
+    contacts += verdict.contacts.size();
+    for (const Touch& touch : verdict.contacts) {
+      const auto a = static_cast<std::size_t>(touch.a), b = static_cast<std::size_t>(touch.b);
+      EXPECT_NEAR(touch.distance, coneGap(scene.fibers, a, b), 1e-15);
+      if (touch.normal == Point{}) continue;
+      // No plane has more of a gap than the right normal's, nor the place another depth.
+      long double gap = 1;
+      for (const int s : {0, 1}) {
+        for (const int t : {0, 1}) {
+          const auto p = ballAt(scene.fibers, a, s), q = ballAt(scene.fibers, b, t);
+          long double along = -p[3] - q[3];
+          for (std::size_t k = 0; k < 3; ++k) along += touch.normal[k] * (q[k] - p[k]);
+          gap = std::min(gap, along);
+        }
+      }
+      EXPECT_NEAR(static_cast<double>(gap), touch.distance, 1e-13);
+      const std::array<long double, 4> place = {touch.place[0], touch.place[1], touch.place[2], 0};
+      for (const std::size_t i : {a, b}) {
+        const long double depth = test::leastOfConvex(
+            [&](long double s) { return ballGap(place, ballAt(scene.fibers, i, s)); });
+        EXPECT_NEAR(static_cast<double>(depth), touch.distance / 2, 1e-13);
+      }
+    }
+  }
+  EXPECT_GT(contacts, 100u);
+}
+
+/// Fibers whose radii are drawn for each point.
+FiberPolylines taperedTangle(std::size_t fibers, std::size_t segments, std::uint64_t seed) {
+  FiberPolylines scene = tangle(fibers, segments, 0, seed);
+  test::Random random(seed);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    scene.radii.push_back(random.between(0, 0.05));
+  }
+  scene.radii_are = kPerPoint;
+  return scene;
+}
+
+// As for two segments. Some taper so much that they are deepest beside where they cross.
+TEST(Judge, FindsTheDepthOfTapersInAMesh) {
+  Scene scene = {taperedTangle(8, 20, 10), {}};
+  for (std::size_t i = 0; i < scene.fibers.radii.size(); i += 7) scene.fibers.radii[i] = 0.3;
+  scene.meshes.push_back(waves(6));
+  const Verdict verdict = judge(scene, kAll, kSilent);
+  std::size_t next = 0;
+  for (const std::size_t i : segmentsOf(scene.fibers)) {
+    double gap = 1e300;
+    const MeshFile& mesh = scene.meshes[0];
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+      const auto corner = [&](std::size_t k) {
+        return exact(mesh.points[static_cast<std::size_t>(mesh.triangles[t + k])]);
+      };
+      const test::ExactTriangle triangle = {corner(0), corner(1), corner(2)};
+      const auto distance = [&](long double s) {
+        const auto ball = ballAt(scene.fibers, i, s);
+        const test::Point p(ball[0], ball[1], ball[2]);
+        return test::segmentTriangleDistance(p, p, triangle) - ball[3];
+      };
+      gap = std::min(gap, static_cast<double>(test::leastOfConvex(distance)));
+    }
+    if (gap > 0) continue;
+    ASSERT_LT(next, verdict.contacts.size());
+    EXPECT_EQ(verdict.contacts[next].a, static_cast<std::int32_t>(i));
+    EXPECT_NEAR(verdict.contacts[next++].distance, gap, 1e-15);
+  }
+  EXPECT_EQ(next, verdict.contacts.size());
+  EXPECT_GT(next, 30u);
+}
+
+// The radii of one end would count for both, or those of the start for the whole step.
+TEST(Judge, FindsWhatTapersTouchInAStep) {
+  Scene scene = {taperedTangle(16, 10, 11), {}};
+  scene.end.push_back(taperedTangle(16, 10, 12));
+  const Verdict verdict = judge(scene, kAll, kSilent);
+  const auto gapAt = [&](std::size_t a, std::size_t b, double time) {
+    FiberPolylines two;
+    for (const std::size_t i : {a, a + 1, b, b + 1}) {
+      const auto mix = [time](double from, double to) { return from + time * (to - from); };
+      Point p;
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = mix(scene.fibers.points[i][k], scene.end[0].points[i][k]);
+      }
+      two.points.push_back(p);
+      two.radii.push_back(mix(scene.fibers.radii[i], scene.end[0].radii[i]));
+    }
+    two.radii_are = kPerPoint;
+    return coneGap(two, 0, 2);
+  };
+  ASSERT_GT(verdict.contacts.size(), 200u);
+  for (const Touch& touch : verdict.contacts) {
+    const auto a = static_cast<std::size_t>(touch.a), b = static_cast<std::size_t>(touch.b);
+    EXPECT_LT(gapAt(a, b, touch.time), 0);
+    EXPECT_NEAR(gapAt(a, b, touch.time), touch.distance, 1e-14);
+    for (int i = 0; i < 4 && touch.time > 0; ++i) {
+      EXPECT_GT(gapAt(a, b, touch.time * i / 4 * 0.999), -1e-6);
+    }
+  }
+  const std::vector<std::size_t> segments = segmentsOf(scene.fibers);
+  const std::vector<Pair> found = pairsOf(verdict.contacts);
+  std::size_t seen = 0;
+  test::Random random(13);
+  for (int i = 0; i < 1000; ++i) {
+    const std::size_t a = segments[random.below(segments.size())];
+    const std::size_t b = segments[random.below(segments.size())];
+    if (b < a + 4 || !(gapAt(a, b, random.between(0, 1)) < -1e-6)) continue;
+    ++seen;
+    EXPECT_THAT(found, testing::Contains(Pair(a, b)));
+  }
+  EXPECT_GT(seen, 5u);
+}
+
 /// A setting of that many missed pairs and false ones.
 std::vector<Touch> without(std::vector<Touch> touches, std::size_t missed, std::size_t wrong) {
   touches.erase(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(missed));
@@ -350,6 +579,41 @@ TEST(Coarser, FibersAreWithinTheirError) {
   }
 }
 
+// Branches would begin in the air, or a margin of twice the error would miss contacts.
+TEST(Coarser, TreesStayJoinedAndWithinTheirError) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const FiberPolylines fibers = taperedTree(seed);
+    const CoarserFibers coarser = everyNth(fibers, 4);
+    ASSERT_EQ(coarser.fibers.fiberCount(), fibers.fiberCount());
+    EXPECT_LT(coarser.fibers.segmentCount(), fibers.segmentCount());
+    for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
+      EXPECT_EQ(coarser.fibers.isClosed(f), fibers.isClosed(f));
+      for (const bool at_start : {true, false}) {
+        const auto& at = at_start ? coarser.fibers.starts_at : coarser.fibers.ends_at;
+        EXPECT_EQ(at[f] < 0, (at_start ? fibers.starts_at : fibers.ends_at)[f] < 0);
+        if (at[f] < 0) continue;
+        const std::size_t own =
+            at_start ? coarser.fibers.point_begin[f] : coarser.fibers.point_begin[f + 1] - 1;
+        EXPECT_EQ(coarser.fibers.points[own],
+                  coarser.fibers.points[static_cast<std::size_t>(at[f])]);
+      }
+    }
+    // How far a ball sticks out of the segment that replaces it.
+    long double greatest = 0;
+    for (const std::size_t i : segmentsOf(fibers)) {
+      const auto own = static_cast<std::size_t>(coarser.segment_of[i]);
+      for (const int end : {0, 1}) {
+        std::array<long double, 4> ball = ballAt(fibers, i, end);
+        const long double radius = std::exchange(ball[3], 0);
+        const long double gap = test::leastOfConvex(
+            [&](long double s) { return ballGap(ball, ballAt(coarser.fibers, own, s)); });
+        greatest = std::max(greatest, gap + radius);
+      }
+    }
+    EXPECT_NEAR(static_cast<double>(greatest), coarser.error, 1e-12);
+  }
+}
+
 /// So narrow that its triangles become edges.
 MeshFile ribbon() {
   std::vector<Point> points;
@@ -411,6 +675,96 @@ TEST(Settings, FindWhatTheyPromise) {
     EXPECT_GT(trial->bytes(), 0u) << setting.name();
   }
   EXPECT_GT(coarse_missed, 10u);
+}
+
+// A dial that leaves out tapers or branches would be said to miss and to add other pairs than it
+// does.
+TEST(Settings, LeaveOutTapersAndBranches) {
+  std::size_t missed = 0, added_by_tapers = 0, added_by_branches = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Scene scene = {taperedTree(seed), taperedTree(seed)};
+    const Verdict verdict = judge(scene, kAll, kSilent);
+    const std::vector<Pair> truth = contactsByHand(scene.fibers);
+    const double length = defaultOptions(scene, verdict).ignored_arc_length;
+    std::size_t dials = 0;
+    for (const Setting& setting : settingsOf(scene, verdict)) {
+      FiberPolylines changed = scene.fibers;
+      if (setting.dial == "branches") {
+        changed.starts_at = changed.ends_at = {};
+      } else if (setting.dial == "tapers") {
+        changed.radii_are = FiberArrays<double>::Radii::kPerFirstPoint;
+        for (const std::size_t i : segmentsOf(changed)) {
+          const double p = scene.fibers.radii[i], q = scene.fibers.radii[i + 1];
+          const bool is_mean = setting.value.find("mean") != std::string::npos;
+          changed.radii[i] = is_mean ? (p + q) / 2 : std::max(p, q);
+        }
+      } else if (dials++ > 0) {
+        continue;  // the default is the first one
+      }
+      const std::vector<Pair> reported =
+          pairsByHand(changed, [&](std::size_t, std::size_t) { return length > 0 ? length : -1; });
+      const std::unique_ptr<Trial> trial = setting.make();
+      Deadline deadline(1e9);
+      trial->frame(deadline);
+      const std::vector<Touch> found = trial->found();
+      EXPECT_EQ(pairsOf(found), reported) << setting.name();
+      const Outcome outcome = compare(scene, verdict, setting, found);
+      const auto isIn = [](const std::vector<Pair>& pairs) {
+        return [&pairs](const Pair& pair) {
+          return std::binary_search(pairs.begin(), pairs.end(), pair);
+        };
+      };
+      const auto kept = std::count_if(truth.begin(), truth.end(), isIn(reported));
+      EXPECT_EQ(outcome.missed, truth.size() - static_cast<std::size_t>(kept)) << setting.name();
+      EXPECT_EQ(outcome.wrong, reported.size() - static_cast<std::size_t>(kept)) << setting.name();
+      if (setting.dial == "tree") {
+        EXPECT_EQ(outcome.missed, 0u);
+        EXPECT_LT(outcome.depth.worst, 1e-12);
+        added_by_tapers -= outcome.wrong;
+        added_by_branches -= outcome.wrong;
+      }
+      if (setting.value == "left out, mean radii") missed += outcome.missed;
+      if (setting.value == "left out, larger radii") added_by_tapers += outcome.wrong;
+      if (setting.dial == "branches") added_by_branches += outcome.wrong;
+      dials += setting.dial == "branches" || setting.dial == "tapers" ? 1 : 0;
+    }
+    EXPECT_GE(dials, 4u);
+  }
+  EXPECT_GT(missed, 10u);
+  EXPECT_GT(added_by_tapers, 10u);
+  EXPECT_GT(added_by_branches, 10u);
+}
+
+// What does not taper or branch would have dials that change nothing. Beside a mesh neighbours do
+// not count.
+TEST(Settings, LeaveOutWhatThereIs) {
+  const auto has = [](const Scene& scene, const std::string& dial) {
+    const std::vector<Setting> settings = settingsOf(scene, judge(scene, kAll, kSilent));
+    return std::any_of(settings.begin(), settings.end(),
+                       [&](const Setting& setting) { return setting.dial == dial; });
+  };
+  const FiberPolylines plain = tangle(4, 4, 0.05, 8);
+  EXPECT_FALSE(has({plain, plain}, "tapers") || has({plain, plain}, "branches"));
+  const FiberPolylines tree = taperedTree(1);
+  Scene with_mesh = {tree, tree}, step = {tree, {}, {}, {tree}};
+  with_mesh.meshes.push_back(waves(4));
+  EXPECT_TRUE(has(with_mesh, "tapers") && !has(with_mesh, "branches"));
+  EXPECT_TRUE(has(step, "tapers") && has(step, "branches"));
+  for (const Scene* const scene : {&with_mesh, &step}) {
+    const Verdict verdict = judge(*scene, kAll, kSilent);
+    for (const Setting& setting : settingsOf(*scene, verdict)) {
+      if (setting.dial == "neighbours" || setting.dial == "roots" || setting.dial == "mesh") {
+        continue;
+      }
+      const std::unique_ptr<Trial> trial = setting.make();
+      Deadline deadline(1e9);
+      trial->frame(deadline);
+      const Outcome outcome = compare(*scene, verdict, setting, trial->found());
+      EXPECT_TRUE(outcome.missed == 0 || setting.value == "left out, mean radii" ||
+                  setting.dial == "step")
+          << setting.name();
+    }
+  }
 }
 
 // Where thin fibers are beside thick ones, the default would leave out contacts of the thin ones.

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "tools/bounds.h"
-#include "tools/trade/judge.h"
+#include "tools/trade/distances.h"
 
 namespace fcl_fibers::tools::trade {
 namespace {

@@ -2,6 +2,7 @@
 #include "tools/trade/judge.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -11,6 +12,7 @@
 #include <utility>
 
 #include "tools/along_fibers.h"
+#include "tools/trade/distances.h"
 
 namespace fcl_fibers::tools::trade {
 namespace {
@@ -22,90 +24,17 @@ constexpr double kParallel = 1e-3;     ///< sine, below which the place of a con
 constexpr double kMeeting = 1e-3;      ///< of the radii, within which axes have no normal
 constexpr double kShortest = 0x1p-30;  ///< part of a step
 constexpr int kMostInstants = 10000;   ///< of a step in which a pair is looked at
-constexpr int kCuts = 72;              ///< of an interval, after which 2^-64 of it is left
 constexpr double kConeTests = 1000;    ///< tests of two boxes that take as long as one of cones
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Vector operator-(const Vector& p, const Vector& q) {
-  return {p[0] - q[0], p[1] - q[1], p[2] - q[2]};
-}
-Vector operator+(const Vector& p, const Vector& q) {
-  return {p[0] + q[0], p[1] + q[1], p[2] + q[2]};
-}
-Vector operator*(Real s, const Vector& p) { return {s * p[0], s * p[1], s * p[2]}; }
-Real dot(const Vector& p, const Vector& q) { return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]; }
-Real norm(const Vector& p) { return std::sqrt(dot(p, p)); }
-Vector cross(const Vector& p, const Vector& q) {
-  return {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
-}
-Vector between(const Vector& from, const Vector& to, Real time) {
-  return from + time * (to - from);
-}
 Vector vectorOf(const Point& p) { return {p[0], p[1], p[2]}; }
 Point pointOf(const Vector& p) {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
-Vector onAxis(const Vector& from, const Vector& to, const Vector& x) {
-  const Vector along = to - from;
-  const Real squared = dot(along, along);
-  if (!(squared > 0)) return from;
-  return from + std::clamp<Real>(dot(along, x - from) / squared, 0, 1) * along;
-}
-
 Axis axisOf(const FiberPolylines& fibers, std::size_t i) {
   const Real from = fibers.radiusAt(i, 0), to = fibers.radiusAt(i, 1);
   return {vectorOf(fibers.points[i]), vectorOf(fibers.points[i + 1]), from, to - from};
-}
-
-Vector placeAt(const Axis& axis, Real s) { return between(axis.from, axis.to, s); }
-Real radiusAt(const Axis& axis, Real s) { return axis.radius + s * axis.taper; }
-
-/// Where the ball of a segment is that is nearest to a point: towards the larger end from the foot
-/// of the point, so far that the surface is met at a right angle.
-Real nearestBall(const Axis& axis, const Vector& x) {
-  const Vector along = axis.to - axis.from;
-  const Real length = norm(along);
-  if (!(length > std::abs(axis.taper))) return axis.taper > 0 ? 1 : 0;
-  const Vector unit = (1 / length) * along;
-  const Real foot = dot(unit, x - axis.from);
-  const Real away = norm(x - axis.from - foot * unit);
-  const Real cosine = std::sqrt((length - axis.taper) * (length + axis.taper));
-  return std::clamp<Real>((foot + away * axis.taper / cosine) / length, 0, 1);
-}
-
-/// The least gap of a convex function of the place along a segment.
-/// @param partner  the ball of the partner that is nearest to that of the segment at a place
-template <class Partner>
-Gap leastGap(const Axis& axis, const Partner& partner) {
-  const auto at = [&](Real s) {
-    const Vector p = placeAt(axis, s);
-    const auto [q, radius_q] = partner(p);
-    const Real radius = radiusAt(axis, s);
-    return Gap{norm(p - q) - radius - radius_q, p, q, radius, radius_q};
-  };
-  Gap best = at(0);
-  const auto keep = [&best](const Gap& gap) {
-    if (gap.gap < best.gap) best = gap;
-  };
-  keep(at(1));
-  const Vector along = axis.to - axis.from;
-  Real low = 0, high = 1;
-  for (int i = 0; i < kCuts && low < high; ++i) {
-    // Not the middle, where axes of round numbers may cross, so that the slope is not known.
-    const Real s = low + 0.4641L * (high - low);
-    const Gap gap = at(s);
-    keep(gap);
-    const Vector way = gap.p - gap.q;
-    const bool rises = dot(way, along) >= axis.taper * norm(way);
-    (rises ? high : low) = s;
-  }
-  return best;
-}
-
-void keepNearer(Closest& best, const Vector& p, const Vector& q) {
-  const Real distance = norm(p - q);
-  if (distance < best.distance) best = {distance, p, q};
 }
 
 /// A box, also around what moves.
@@ -407,71 +336,6 @@ class Judge {
 }  // namespace
 
 bool operator<(const Touch& a, const Touch& b) { return std::tie(a.a, a.b) < std::tie(b.a, b.b); }
-
-Closest closest(const Axis& a, const Axis& b) {
-  Closest best{kInfinity, a.from, b.from};
-  for (const Vector& p : {a.from, a.to}) keepNearer(best, p, onAxis(b.from, b.to, p));
-  for (const Vector& q : {b.from, b.to}) keepNearer(best, onAxis(a.from, a.to, q), q);
-  const Vector along = b.to - b.from, normal = cross(a.to - a.from, along);
-  const Real squared = dot(normal, normal);
-  if (squared > 0) {
-    const Real s = dot(cross(b.from - a.from, along), normal) / squared;
-    if (s > 0 && s < 1) {
-      const Vector q = onAxis(b.from, b.to, between(a.from, a.to, s));
-      keepNearer(best, onAxis(a.from, a.to, q), q);
-    }
-  }
-  return best;
-}
-
-Closest closest(const Axis& axis, const std::array<Vector, 3>& triangle) {
-  Closest best{kInfinity, axis.from, triangle[0]};
-  const Vector normal = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
-  const Real squared = dot(normal, normal);
-  // Whether the foot of a point on the plane is in the triangle.
-  const auto isInside = [&](const Vector& x) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vector &p = triangle[k], &q = triangle[(k + 1) % 3];
-      if (dot(cross(q - p, x - p), normal) < 0) return false;
-    }
-    return true;
-  };
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Closest edge = closest(axis, Axis{triangle[k], triangle[(k + 1) % 3], 0});
-    if (edge.distance < best.distance) best = edge;
-  }
-  if (!(squared > 0)) return best;
-  const Real from = dot(axis.from - triangle[0], normal), to = dot(axis.to - triangle[0], normal);
-  for (const auto& [end, height] : {std::pair(axis.from, from), std::pair(axis.to, to)}) {
-    if (isInside(end)) keepNearer(best, end, end - (height / squared) * normal);
-  }
-  if ((from < 0) != (to < 0)) {
-    const Vector crossing = between(axis.from, axis.to, from / (from - to));
-    if (isInside(crossing)) best = {0, crossing, crossing};
-  }
-  return best;
-}
-
-Gap gapOf(const Axis& a, const Axis& b) {
-  if (a.taper == 0 && b.taper == 0) {
-    const Closest near = closest(a, b);
-    return {near.distance - a.radius - b.radius, near.p, near.q, a.radius, b.radius};
-  }
-  return leastGap(a, [&b](const Vector& p) {
-    const Real t = nearestBall(b, p);
-    return std::pair(placeAt(b, t), radiusAt(b, t));
-  });
-}
-
-Gap gapOf(const Axis& axis, const std::array<Vector, 3>& triangle) {
-  if (axis.taper == 0) {
-    const Closest near = closest(axis, triangle);
-    return {near.distance - axis.radius, near.p, near.q, axis.radius, 0};
-  }
-  return leastGap(axis, [&triangle](const Vector& p) {
-    return std::pair(closest(Axis{p, p, 0}, triangle).q, Real{0});
-  });
-}
 
 Verdict judge(const Scene& scene, double most_tests, const std::function<void(double)>& tell) {
   return Judge(scene, most_tests).run(tell);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -26,45 +25,6 @@ struct Scene {
 
   bool isStep() const { return !end.empty(); }
 };
-
-using Real = long double;
-using Vector = std::array<Real, 3>;
-
-/// The axis of a segment.
-struct Axis {
-  Vector from, to;
-  Real radius;     ///< at `from`
-  Real taper = 0;  ///< by how much the radius at `to` is larger
-
-  Real most() const { return taper > 0 ? radius + taper : radius; }  ///< the larger radius
-};
-
-/// The closest points of two things.
-struct Closest {
-  Real distance;
-  Vector p, q;
-};
-
-/// The least of the distances of ends from axes and of the common perpendicular. None of them is
-/// too small, because each is the distance of two points.
-Closest closest(const Axis& a, const Axis& b);
-/// The least of the distances of ends from the triangle and of the axis from its edges; or 0, where
-/// the axis crosses it.
-Closest closest(const Axis& axis, const std::array<Vector, 3>& triangle);
-
-/// Where two things are nearest to each other or overlap most: the balls of the least distance.
-struct Gap {
-  Real gap;  ///< from surface to surface
-  Vector p, q;
-  Real radius_p, radius_q;
-};
-
-/// The balls along two segments of the least distance: |p - q| without the two radii. If neither
-/// tapers, they are at the closest points. Otherwise the distance is a convex function of the two
-/// places, which is halved to its least value.
-Gap gapOf(const Axis& a, const Axis& b);
-/// A segment and a triangle, whose points have no radius.
-Gap gapOf(const Axis& axis, const std::array<Vector, 3>& triangle);
 
 constexpr std::int32_t kAMesh = -1;  ///< the partner of a segment that touches a mesh
 
