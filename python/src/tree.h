@@ -410,7 +410,7 @@ class Tree {
   }
 
   FiberTree tree_;
-  FiberLayout layout_{{0}, {}, {}, {}, {}, {}, {}};
+  FiberLayout layout_{{0}, {}, {}, {}, {}, {}, {}, {}, {}};
   /// Of the last build or update.
   FiberNumbers numbers_{py::array_t<double>(std::vector<std::size_t>{0, 3}), py::array_t<double>(1),
                         0};
