@@ -81,6 +81,11 @@ struct Contact : BareContact {
 /// If the axis reaches into a box, the depth is that of the shortest way of the whole capsule out.
 /// It leads out of a half-space, and to the side of a plane on which the middle of the axis is.
 ///
+/// A segment with radii at its points is the hull of two balls. Its contact is that of the ball
+/// between them that is closest to the shape, or in a box or plane, that leaves it last: `s` is the
+/// arc parameter of the ball's center, and the radius is the ball's. It leaves a plane to the side
+/// that takes the shorter way.
+///
 /// The error of `distance` is at most 32 eps of the sum of the radius, the axis's length, the box's
 /// sides or the sphere's or capsule's radius and length, and the ways from the shape's middle to
 /// the ends of the axis, or from the plane's point next to the origin and the plane's offset.

@@ -11,7 +11,7 @@ namespace fcl_fibers::geometry {
 /// Where a capsule and an obstacle touch or, if they are apart, are closest; see
 /// fcl_fibers::ShapeContact. The obstacle's margin counts as part of it.
 struct ObstacleContact {
-  double s;                ///< arc parameter of the point of the axis
+  double s;                ///< arc parameter of the point of the axis; of a cone, of the ball
   double t;                ///< arc parameter of the point of an obstacle's axis, otherwise 0
   double distance;         ///< between the surfaces; negative: the depth
   Vec3d point_a, point_b;  ///< on the capsule's surface and on the obstacle's
@@ -35,6 +35,12 @@ struct ObstacleContact {
 /// length, the box's edges and the ways from its middle to the axis's ends, or from a plane's point
 /// and its offset. So far the closest points may be from closest. The normal's error is as many eps
 /// of one plus that sum over the distance of axis and box.
+///
+/// Of a rounded cone the ball that is closest counts, or the one that leaves the obstacle last. The
+/// shortest way of the cone out of a box is across a face, or across an edge while both ends reach
+/// as far. There is one more if the axis reaches into the box, but the nearest ball is beside it:
+/// the way from the box to this ball. Each face may be left to both sides, and a plane is left to
+/// the side that takes the shorter way.
 ///
 /// The contact with a triangle is that of triangleContact(), and that with an axis that of two
 /// capsules.

@@ -346,7 +346,10 @@ TEST(ConeObstacle, TouchesAxesAsConesDo) {
     const Segment cone = randomCone(random);
     Obstacle axis = obstacleOf(Obstacle::Kind::kAxis, fromEigen(random.inCube(1)),
                                (i % 3 == 0 ? 0.0 : 1.0) * fromEigen(random.inCube(1)));
+    // The axes cross, one ends at the other, or both are on one line.
     if (i % 4 == 0) axis.point = cone.a + random.unit() * (cone.b - cone.a);
+    if (i % 8 == 1) axis.vector[0] = random.between(-2, 2) * (cone.b - cone.a);
+    if (i % 4 == 1) axis.point = cone.a + random.unit() * (cone.b - cone.a) + axis.vector[0];
     axis.margin = random.unit();
     const Segment q = axis.capsule();
     const auto distance = static_cast<double>(test::coneDistance(cone, q));
