@@ -120,6 +120,9 @@ struct ShapeContact {
 /// of it, even if it is tilted; if `solid` is set, until it is out of the solid at this triangle.
 /// The depth in a solid is at least the radius.
 ///
+/// Of a segment whose ends have different radii the ball counts that is nearest to the triangle, or
+/// the one whose center is where the axis crosses: `s` tells its center, and its radius is meant.
+///
 /// The normal is perpendicular to the triangle if the axis crosses it, and the motion against it is
 /// the shorter one of the two. If `solid` is set, it is perpendicular too and points into the
 /// solid.

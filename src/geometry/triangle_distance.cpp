@@ -66,7 +66,8 @@ bool wellScaledWithin(const Segment& p, const Triangle& t, double m, double reac
 /// Finds the closest points in a few operations where an end of the axis is above the inside of a
 /// triangle that is no needle, or where the axis crosses it at no tiny angle. Then they are as near
 /// to each other as the closest ones, up to a few times the error of a coordinate. The error of
-/// where the axis crosses is that divided by the angle, which is less than the way to the edges.
+/// where the axis crosses is that divided by the angle, which is less than the way to the edges. Of
+/// cones only the latter are found.
 /// @return whether it is such a pair for certain
 bool findInside(const Segment& capsule, const Triangle& t, double m, ClosestOnTriangle& closest) {
   const Vec3d w = capsule.a - t.a, u = capsule.b - capsule.a, v1 = t.b - t.a, v2 = t.c - t.a;
@@ -84,6 +85,11 @@ bool findInside(const Segment& capsule, const Triangle& t, double m, ClosestOnTr
   const bool crosses = (height > 0) != (end > 0);
   const bool is_steep = climb * climb >= kLeastClimb * nn * squaredNorm(u);
   if (crosses && !is_steep) return false;
+  if (capsule.isTapered()) {
+    // The radius must not change faster than the height, or the ball that crosses is not nearest.
+    const double taper = capsule.taper * (1 + 0x1p-20);
+    if (!crosses || climb * climb <= taper * taper * nn) return false;
+  }
   const double s = crosses ? height / (height - end) : (height > 0) == (climb > 0) ? 0 : 1;
   const Vec3d p = w + s * u;
   const double x = dot(cross(p, v2), normal) / nn, y = dot(cross(v1, p), normal) / nn;
@@ -199,6 +205,8 @@ ClosestOnTriangle closestOfCone(const Segment& cone, const Triangle& triangle) {
     closest.apart = (1 / scale) * closest.apart;
     return closest;
   }
+  ClosestOnTriangle closest;
+  if (findInside(cone, triangle, m, closest)) return closest;
   const auto toClosest = [](const auto& best, const auto& r) {
     const double x = double(best.x), y = double(best.y);
     return ClosestOnTriangle{double(best.s),
@@ -268,6 +276,10 @@ double leastDistance(const Segment& capsule, const Triangle& triangle) {
 
 void closestPoints(const Segment* capsules, const Triangle* triangles, std::size_t count,
                    ClosestOnTriangle* closest) {
+  if (std::all_of(capsules, capsules + count, [](const Segment& s) { return s.isTapered(); })) {
+    for (std::size_t i = 0; i < count; ++i) closest[i] = closestOfCone(capsules[i], triangles[i]);
+    return;
+  }
   TriangleRows rows;
   // Lanes behind several pairs repeat the last one.
   const std::size_t lanes = count == 1 ? 1 : kClosestAtOnce;
