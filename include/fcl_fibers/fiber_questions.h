@@ -142,8 +142,8 @@ struct Nearest {
 ///
 /// No impact is missed, and no time is too late. At its time a pair is no further apart than its
 /// radii, the margin, 2^-36 of the sizes and distance of its capsules, and 2^-48 of the extent of
-/// all fibers, which is the rounding of their coordinates. docs/numerics.md tells how rare the
-/// exceptions are.
+/// all fibers, which is the rounding of their coordinates. Radii at points change linearly along a
+/// segment, and each does so in time. docs/numerics.md tells how rare the exceptions are.
 struct Impacts {
   static Impact found(const FiberTree&);  ///< of two segments
   /// A segment that is wholly inside a solid mesh at the start is found once, at time 0 with its

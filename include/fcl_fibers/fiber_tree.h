@@ -339,8 +339,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///
   /// A segment that is wholly inside a solid mesh at the start, or whose axis crosses a triangle
   /// there, cannot come nearer to it: the former does not count, the latter does for other
-  /// triangles and if its radius grows. An axis that is in a box, crosses a plane, or crosses that
-  /// of a capsule cannot come nearer to it either. In a half-space it comes nearer as it sinks.
+  /// triangles and if its radius grows, or a thicker part of it comes to the triangle. An axis that
+  /// is in a box, crosses a plane, or crosses that of a capsule cannot come nearer to it either. In
+  /// a half-space it comes nearer as it sinks.
   ///
   /// A program that moves only so far meets the same pair again at once. The pairs that touch next
   /// are the impacts whose time is little more than this one. Throws as Impacts do, and
