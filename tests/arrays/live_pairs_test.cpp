@@ -395,6 +395,29 @@ TEST(LivePairs, OfConesAreThoseThatTouch) {
   EXPECT_GT(uncovered_pairs, 0);
 }
 
+// An end at which no other segment begins would grow unseen.
+TEST(LivePairs, OfConesSeeTheLastEndOfAFiberGrow) {
+  MovingFibers<double> fibers;
+  for (int f = 0; f < 40; ++f) {
+    for (const double x : {0.0, 1.0}) {
+      fibers.addPoint({x, 1.0 * f, 0});
+      fibers.radii.push_back(0.3 - 0.2 * x);
+    }
+    fibers.endFiber();
+  }
+  fibers.radii_are = FiberArrays<double>::Radii::kPerPoint;
+  FiberTree tree;
+  tree.build(fibers.view());
+  LivePairs live(tree, {0.1});
+  live.update();
+  EXPECT_EQ(live.count(), 0u);
+  for (const std::size_t f : {3, 17, 30}) fibers.radii[2 * f + 1] = 0.95;
+  tree.update(fibers.view());
+  live.update();
+  EXPECT_EQ(live.count(), 6u) << "those beside the three";
+  EXPECT_EQ(live.counters().listings, 1) << "the list is to tell";
+}
+
 // The wrong kind of tree would answer otherwise than its own queries.
 TEST(LivePairs, RefuseTreesByName) {
   FiberTreeOptions spheres;
@@ -474,6 +497,9 @@ TEST(LivePairs, SafeDistancesLeaveApartWhatIsApart) {
       for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
         fibers.radii.push_back(random.between(0, 0.03));
       }
+    } else if (seed % 3 == 1) {
+      giveRadii(random, fibers);
+      giveRadii(random, others);
     }
     FiberTreeOptions options;
     if (seed % 4 == 0) options.margin = 0.01;
