@@ -257,8 +257,7 @@ void expectAll(std::size_t number) {
 TEST_P(ExtremeManagers, Float) { expectAll<float>(GetParam()); }
 TEST_P(ExtremeManagers, Double) { expectAll<double>(GetParam()); }
 
-INSTANTIATE_TEST_SUITE_P(Rows, ExtremeManagers,
-                         testing::Range(std::size_t{0}, extremeRows<double>().size()),
+INSTANTIATE_TEST_SUITE_P(Rows, ExtremeManagers, testing::Range(std::size_t{0}, rowsOfObjects()),
                          [](const testing::TestParamInfo<std::size_t>& info) {
                            return extremeRows<double>()[info.param].name;
                          });

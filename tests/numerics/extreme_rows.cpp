@@ -11,88 +11,16 @@
 #include <type_traits>
 #include <utility>
 
+#include "numerics/row_fibers.h"
 #include "numerics/specimen.h"
+#include "numerics/tapered_rows.h"
 #include "support/float_environment.h"
 #include "support/random.h"
 
 namespace fcl_fibers::test {
 namespace {
 
-using Point = std::array<double, 3>;
-
-Point operator+(const Point& p, const Point& q) { return {p[0] + q[0], p[1] + q[1], p[2] + q[2]}; }
-Point operator*(double s, const Point& p) { return {s * p[0], s * p[1], s * p[2]}; }
-Point toPoint(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
-
-/// A lock of hair about 50 radii across, at `origin` and `scale` times as large: 20 fibers of 15
-/// segments that wander side by side. Many segments touch others.
-template <typename S>
-Assembly<S> lock(const Point& origin, double scale, double radius, std::uint64_t seed) {
-  Random random(seed);
-  Assembly<S> fibers;
-  for (int f = 0; f < 20; ++f) {
-    Point p = 25 * radius * toPoint(random.inCube(1));
-    Point along = {0, 0, 10 * radius};
-    for (int i = 0; i <= 15; ++i) {
-      fibers.addPoint(origin + scale * p, scale * radius);
-      along = along + 4 * radius * toPoint(random.inCube(1));
-      p = p + along;
-    }
-    fibers.endFiber();
-  }
-  return fibers;
-}
-
-/// Capsules of all directions in a cube.
-template <typename S>
-Assembly<S> soup(int count, double length, double radius, double side, std::uint64_t seed) {
-  Random random(seed);
-  Assembly<S> fibers;
-  for (int i = 0; i < count; ++i) {
-    const Point a = toPoint(random.inCube(side / 2));
-    fibers.addCapsule(a, a + length * toPoint(random.direction()), radius);
-  }
-  return fibers;
-}
-
-/// A walk over points with whole coordinates, in units of `unit`; radii are whole as well. Contact
-/// is often exact, and segments coincide.
-template <typename S>
-Assembly<S> lattice(double unit, std::uint64_t seed, const Point& origin = {0, 0, 0}) {
-  Random random(seed);
-  Assembly<S> fibers;
-  for (int f = 0; f < 12; ++f) {
-    Point p = {0, 0, 0};
-    for (int i = 0; i <= 12; ++i) {
-      fibers.addPoint(origin + unit * p, unit * static_cast<double>(random.below(3)));
-      for (double& x : p) x += 4 * (static_cast<double>(random.below(5)) - 2);
-    }
-    fibers.endFiber();
-  }
-  return fibers;
-}
-
-/// The fibers of several assemblies.
-template <typename S>
-Assembly<S> together(const std::vector<Assembly<S>>& parts) {
-  Assembly<S> all;
-  for (const Assembly<S>& part : parts) {
-    const std::size_t first = all.pointCount();
-    all.points.insert(all.points.end(), part.points.begin(), part.points.end());
-    all.radii.insert(all.radii.end(), part.radii.begin(), part.radii.end());
-    for (std::size_t f = 1; f <= part.fiberCount(); ++f) {
-      all.point_begin.push_back(first + part.point_begin[f]);
-    }
-  }
-  return all;
-}
-
-template <typename S>
-S neighbor(S x, int ulps) {
-  for (; ulps > 0; --ulps) x = std::nextafter(x, std::numeric_limits<S>::infinity());
-  for (; ulps < 0; ++ulps) x = std::nextafter(x, -std::numeric_limits<S>::infinity());
-  return x;
-}
+using namespace row_fibers;
 
 /// Pairs of capsules whose distance is that of contact plus `ulps`: side by side, end to end,
 /// crossing, and two balls.
@@ -123,23 +51,6 @@ Assembly<S> contact(int ulps) {
       default:
         fibers.addBall(low, a);
         fibers.addBall(low + up, b);
-    }
-  }
-  return fibers;
-}
-
-/// Pairs that cross at angles of 10^-k, at no distance, at that of contact, and beyond.
-template <typename S>
-Assembly<S> crossings() {
-  Assembly<S> fibers;
-  for (int k = 0; k <= 12; ++k) {
-    const double tilt = std::pow(10.0, -k);
-    for (int i = 0; i < 6; ++i) {
-      // Small numbers along y, where they stay exact.
-      const double z = 8.0 * (6 * k + i), radius = i < 3 ? 0 : 0x1p-8;
-      const double gap = i % 3 == 0 ? 0 : i % 3 == 1 ? 2 * radius : 2.25 * radius + 0x1p-12;
-      fibers.addCapsule({-1, -tilt / 2, z}, {1, tilt / 2, z}, radius);
-      fibers.addCapsule({-1, tilt / 2, z + gap}, {1, -tilt / 2, z + gap}, radius);
     }
   }
   return fibers;
@@ -195,23 +106,6 @@ Assembly<S> throughOnePoint(std::uint64_t seed) {
   return fibers;
 }
 
-/// Capsules along one direction, `sense` +1 or -1 in turn where it is -1; `spread` apart across.
-template <typename S>
-Assembly<S> alongOneDirection(const Point& direction, int sense, double spread, double radius,
-                              std::uint64_t seed) {
-  Random random(seed);
-  Assembly<S> fibers;
-  for (int i = 0; i < 200; ++i) {
-    // Whole numbers: parallel to the last bit in float as well.
-    Point a = static_cast<double>(random.below(64)) * direction;
-    a = a + Point{spread * static_cast<double>(random.below(8)),
-                  spread * static_cast<double>(random.below(8)), 0};
-    const double length = static_cast<double>(random.below(8));
-    fibers.addCapsule(a, a + (i % 2 == 0 ? 1 : sense) * length * direction, radius);
-  }
-  return fibers;
-}
-
 /// Balls on a sphere of radius 15, all of whose centres have whole coordinates.
 template <typename S>
 Assembly<S> cosphericalBalls() {
@@ -260,19 +154,6 @@ Assembly<S> internallyTangentBalls() {
     Point center = {0, 0, 0};
     center[static_cast<std::size_t>(i % 3)] = (i % 2 == 0 ? 1 : -1) * (64 - radius);
     fibers.addBall(center, radius);
-  }
-  return fibers;
-}
-
-template <typename S>
-Assembly<S> identical() {
-  Assembly<S> fibers;
-  for (int i = 0; i < 300; ++i) {
-    if (i % 2 == 0) {
-      fibers.addCapsule({0.1, 0.2, 0.3}, {0.4, 0.6, 0.9}, i % 3 * 1e-3);
-    } else {
-      fibers.addCapsule({0.4, 0.6, 0.9}, {0.1, 0.2, 0.3}, i % 3 * 1e-3);
-    }
   }
   return fibers;
 }
@@ -387,6 +268,9 @@ std::vector<ExtremeRow<S>> makeRows() {
                      stacksAtContact<S>(24), crossings<S>()}));
     rows.back().environment.rounding = rounding;
   }
+
+  // Last, as these rows have no objects.
+  for (ExtremeRow<S>& row : taperedRows<S>()) rows.push_back(std::move(row));
   return rows;
 }
 
@@ -427,6 +311,12 @@ template <typename S>
 const std::vector<ExtremeRow<S>>& extremeRows() {
   static const std::vector<ExtremeRow<S>> rows = makeRows<S>();
   return rows;
+}
+
+std::size_t rowsOfObjects() {
+  const auto& rows = extremeRows<double>();
+  return static_cast<std::size_t>(
+      std::count_if(rows.begin(), rows.end(), [](const auto& row) { return !row.isTapered(); }));
 }
 
 std::string rowsTable() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct ExtremeRow {
   Assembly<S> fibers;
   double margin = 0;
   FloatEnvironment environment = {};  ///< of the thread that asks, while it is answered
+
+  /// Whether segments are rounded cones, of which FCL has no objects.
+  bool isTapered() const { return fibers.radii_are == FiberArrays<S>::Radii::kPerPoint; }
 };
 
 /// The same rows for float and double, except for the numbers that S holds. They are made once.
@@ -25,6 +29,9 @@ const std::vector<ExtremeRow<S>>& extremeRows();
 
 extern template const std::vector<ExtremeRow<float>>& extremeRows<float>();
 extern template const std::vector<ExtremeRow<double>>& extremeRows<double>();
+
+/// How many of them there are as objects: the first ones, as those that taper are the last.
+std::size_t rowsOfObjects();
 
 /// The table of docs/numerics.md.
 std::string rowsTable();

@@ -34,6 +34,7 @@ class Copies {
     const Real size = 4 * half + margin;
     const double apart = std::ldexp(1.0, size > 0 ? std::ilogb(size) + 1 : 0);
     const auto way = static_cast<S>(apart), farthest = static_cast<S>((side - 1) * apart);
+    all.radii_are = fibers.radii_are;
     is_possible = std::isfinite(way) && (side - 1) * apart < 0x1p1010;
     for (S& x : one.points) x = (x + farthest) - farthest;
     for (int copy = 0; copy < side * side * side; ++copy) {

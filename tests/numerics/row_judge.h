@@ -46,6 +46,12 @@ FiberTree treeOf(const Assembly<S>& fibers, const FiberTreeOptions& options) {
   return tree;
 }
 
+/// Of capsules the distance of the axes; of cones that of the surfaces, and the larger radii.
+inline Real axisDistance(const ExactCapsule& p, const ExactCapsule& q) {
+  if (p.taper == 0 && q.taper == 0) return segmentDistance(p.a, p.b, q.a, q.b);
+  return surfaceDistance(p, q) + p.radius + q.radius;
+}
+
 /// A row, and what is true of it.
 template <typename S>
 class Judge {
@@ -99,7 +105,7 @@ class Judge {
   }
 
   Real axisDistance(std::size_t i, std::size_t j) const {
-    return distances_.empty() ? segmentDistance(exact[i].a, exact[i].b, exact[j].a, exact[j].b)
+    return distances_.empty() ? test::axisDistance(exact[i], exact[j])
                               : distances_[i * exact.size() + j];
   }
   Real distance(std::size_t i, std::size_t j) const { return axisDistance(i, j) - reach(i, j); }
@@ -218,13 +224,13 @@ void expectTimes(const Judge<S>& judge, const std::vector<GivenCapsule>& start,
   std::vector<ExactCapsule> between;
   for (std::size_t i = 0; i < start.size(); ++i) {
     const ExactCapsule p = roundedCapsule(start[i]), q = roundedCapsule(end[i]);
-    between.push_back({(p.a + q.a) / 2, (p.b + q.b) / 2, p.radius});
+    between.push_back({(p.a + q.a) / 2, (p.b + q.b) / 2, p.radius, p.taper});
   }
   for (std::size_t i = 0; i < between.size(); ++i) {
     for (std::size_t j = i + 1; j < between.size(); ++j) {
       if (!isAsked(i, j)) continue;
       const ExactCapsule &p = between[i], &q = between[j];
-      const Real distance = segmentDistance(p.a, p.b, q.a, q.b);
+      const Real distance = axisDistance(p, q);
       // This is far more than the rounding of long double, and than what half a time rounds to.
       const Real error = 1e-14L * (distance + judge.lengthOf(i) + judge.lengthOf(j));
       if (distance + error + judge.least > judge.reach(i, j) + judge.row.margin) continue;

@@ -279,7 +279,7 @@ void printTables(const std::vector<std::string>& wanted) {
   std::vector<Cells> manager_lines;
   for (const ExtremeRow<S>& row : extremeRows<S>()) {
     const bool is_named = std::find(wanted.begin(), wanted.end(), row.name) != wanted.end();
-    if (!row.environment.isPossible() || !(wanted.empty() || is_named)) continue;
+    if (row.isTapered() || !row.environment.isPossible() || !(wanted.empty() || is_named)) continue;
     ++rows;
     margins += row.margin > 0 ? 1 : 0;
     std::cerr << row.name << '\n';

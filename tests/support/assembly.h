@@ -34,6 +34,12 @@ struct Assembly {
     endFiber();
   }
   void addCapsule(const Point& a, const Point& b, double radius) { addFiber({a, b}, radius); }
+  /// @pre radii are those of points
+  void addCone(const Point& a, const Point& b, double at_a, double at_b) {
+    addPoint(a, at_a);
+    addPoint(b, at_b);
+    endFiber();
+  }
   void addBall(const Point& center, double radius) { addCapsule(center, center, radius); }
 
   std::size_t pointCount() const { return point_begin.back(); }
@@ -54,7 +60,11 @@ struct Assembly {
     const std::size_t i = radii_are == Radii::kOne        ? 0
                           : radii_are == Radii::kPerFiber ? fiberOf(point)
                                                           : point;
-    return {this->point(point), this->point(point + 1), static_cast<double>(radii[i])};
+    GivenCapsule capsule{this->point(point), this->point(point + 1), static_cast<double>(radii[i])};
+    if (radii_are == Radii::kPerPoint) {
+      capsule.radius_of_second = static_cast<double>(radii[point + 1]);
+    }
+    return capsule;
   }
 
   FiberArrays<S> view() const {

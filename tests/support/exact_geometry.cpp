@@ -6,6 +6,8 @@
 #include <array>
 #include <vector>
 
+#include "support/exact_cones.h"
+
 namespace fcl_fibers::test {
 namespace {
 
@@ -30,7 +32,9 @@ Real pointBoxDistance(const Point& p, const ExactBox& box) {
 ExactCapsule roundedCapsule(const GivenCapsule& capsule) {
   const auto point = [](const std::array<double, 3>& p) { return Point(p[0], p[1], p[2]); };
   const Point half = Real(capsule.length) / 2 * point(capsule.axis);
-  return {point(capsule.a) - half, point(capsule.b) + half, capsule.radius};
+  return {point(capsule.a) - half, point(capsule.b) + half,
+          std::max(capsule.radius, capsule.radiusAtB()),
+          Real(capsule.radiusAtB()) - Real(capsule.radius)};
 }
 
 Real pointSegmentDistance(const Point& p, const Point& a, const Point& b) {
@@ -62,6 +66,25 @@ Real segmentDistance(const Point& a, const Point& b, const Point& c, const Point
     distance = std::min(distance, (on_second - closestParameter(on_second, u) * u).norm());
   }
   return distance;
+}
+
+Real surfaceDistance(const ExactCapsule& p, const ExactCapsule& q) {
+  if (p.taper == 0 && q.taper == 0) {
+    return segmentDistance(p.a, p.b, q.a, q.b) - p.radius - q.radius;
+  }
+  const auto numbers = [](const Point& x) { return Vector<Real>{x[0], x[1], x[2]}; };
+  const PairOf<Real> pair{numbers(p.a - q.a),
+                          numbers(p.b - p.a),
+                          numbers(q.b - q.a),
+                          p.radiusAt(0) + q.radiusAt(0),
+                          p.taper,
+                          q.taper};
+  const ConeBounds<Real> bounds(pair);
+  if (bounds.high() - bounds.low() <= 0x1p-58L * bounds.size()) return bounds.high();
+  const auto digits = [](const Vector<Real>& x) { return Vector<Digits100>{x[0], x[1], x[2]}; };
+  const PairOf<Digits100> fine{digits(pair.w), digits(pair.u), digits(pair.v),
+                               pair.reach,     pair.growth_u,  pair.growth_v};
+  return static_cast<Real>(ConeBounds<Digits100>(fine).high());
 }
 
 Real segmentTriangleDistance(const Point& a, const Point& b, const ExactTriangle& triangle) {

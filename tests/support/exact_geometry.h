@@ -14,9 +14,14 @@ using Real = long double;
 using Point = Eigen::Matrix<Real, 3, 1>;
 
 /// All points at most `radius` away from the segment from `a` to `b`, which may be the same point.
+/// Or a rounded cone: the larger one of its two balls has that radius, so this capsule is around
+/// it.
 struct ExactCapsule {
   Point a, b;
   Real radius;
+  Real taper = 0;  ///< by how much the radius grows from a to b
+
+  Real radiusAt(Real s) const { return radius - (taper > 0 ? 1 - s : -s) * taper; }
 };
 
 /// Closed; sides may be infinite.
@@ -29,7 +34,7 @@ struct ExactSphere {
   Real radius;
 };
 
-/// A capsule with its end points rounded.
+/// A capsule with its end points and its taper rounded.
 ExactCapsule roundedCapsule(const GivenCapsule& capsule);
 
 Real pointSegmentDistance(const Point& p, const Point& a, const Point& b);
@@ -39,6 +44,10 @@ Real pointSegmentDistance(const Point& p, const Point& a, const Point& b);
 /// at any angle: where the crossing of near-parallel lines is badly conditioned, moving along the
 /// lines hardly changes their distance.
 Real segmentDistance(const Point& a, const Point& b, const Point& c, const Point& d);
+
+/// Surface to surface; negative if they overlap. Of two capsules segmentDistance() less the radii.
+/// Of rounded cones it has an error of some 2^-58 of the distance, lengths and radii at most.
+Real surfaceDistance(const ExactCapsule& p, const ExactCapsule& q);
 
 /// Three corners.
 struct ExactTriangle {
@@ -60,7 +69,7 @@ Real boxGap(const ExactBox& a, const ExactBox& b);
 /// Surface to surface; negative if they overlap.
 Real sphereGap(const ExactSphere& a, const ExactSphere& b);
 
-/// The smallest box around a capsule.
+/// The smallest box around a capsule; of a cone that of the capsule around it.
 ExactBox boxOf(const ExactCapsule& capsule);
 
 /// The segment's sphere: around the middle, half the length and the radius.

@@ -5,21 +5,17 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 
+#include "support/exact_cones.h"
+#include "support/exact_geometry.h"
 #include "support/exact_within.h"
 
 namespace fcl_fibers::test {
 namespace {
 
-/// Two segments, from w to w + u and from 0 to v, and how near they have to be. All lengths are
-/// doubled, so that half a length needs no fraction.
-template <typename T>
-struct PairOf {
-  Vector<T> w, u, v;
-  T reach;
-};
-
+/// All lengths are doubled, so that half a length needs no fraction.
 /// `number` turns a double into a T, `product` two doubles.
 template <typename T, class Number, class Product>
 PairOf<T> pairOf(const GivenCapsule& p, const GivenCapsule& q, double margin, Number number,
@@ -35,8 +31,11 @@ PairOf<T> pairOf(const GivenCapsule& p, const GivenCapsule& q, double margin, Nu
   const Vector<T> p_along = along(p), q_along = along(q);
   // Differences first, so that a place far from the origin costs no precision.
   return {two * (point(p.a) - point(q.a)) - p_along + q_along,
-          two * ((point(p.b) - point(p.a)) + p_along), two * ((point(q.b) - point(q.a)) + q_along),
-          two * (number(p.radius) + number(q.radius) + number(margin))};
+          two * ((point(p.b) - point(p.a)) + p_along),
+          two * ((point(q.b) - point(q.a)) + q_along),
+          two * (number(p.radius) + number(q.radius) + number(margin)),
+          two * (number(p.radiusAtB()) - number(p.radius)),
+          two * (number(q.radiusAtB()) - number(q.radius))};
 }
 
 // --- In integers ---
@@ -50,6 +49,7 @@ int commonUnit(const GivenCapsule& p, const GivenCapsule& q, double margin) {
   see(margin);
   for (const GivenCapsule* c : {&p, &q}) {
     see(c->radius);
+    see(c->radiusAtB());
     for (std::size_t i = 0; i < 3; ++i) {
       see(c->a[i]);
       see(c->b[i]);
@@ -72,7 +72,7 @@ struct Bounds {
 /// each is: that bounds it from below. `size` is the sum of the 1-norms of w, u and v, each of
 /// which carries an error of 6 eps of it; so does what is computed of them.
 Bounds boundsAt(const PairOf<double>& pair, double s, double t, double size) {
-  const auto& [w, u, v, reach] = pair;
+  const auto& [w, u, v, reach, growth_u, growth_v] = pair;
   const Vector<double> r = w + s * u - t * v;
   const double norm = std::sqrt(dot(r, r));
   const double support = dot(r, w) + std::min(dot(r, u), 0.0) - std::max(dot(r, v), 0.0);
@@ -81,7 +81,7 @@ Bounds boundsAt(const PairOf<double>& pair, double s, double t, double size) {
 }
 
 Bounds distanceBounds(const PairOf<double>& pair, double size) {
-  const auto& [w, u, v, reach] = pair;
+  const auto& [w, u, v, reach, growth_u, growth_v] = pair;
   const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
   const auto at_first = [&](double s) {
     return boundsAt(pair, s, intoUnit((uv * s + vw) / vv), size);
@@ -119,6 +119,33 @@ PairOf<double> roundedPair(const GivenCapsule& p, const GivenCapsule& q, double 
       [scale](double x, double y) { return scale * x * y; });
 }
 
+// --- Cones ---
+
+template <typename T>
+ConeBounds<T> coneBounds(const GivenCapsule& p, const GivenCapsule& q, double margin) {
+  return ConeBounds<T>(pairOf<T>(
+      p, q, margin, [](double x) { return T(x); }, [](double x, double y) { return T(x) * T(y); }));
+}
+
+bool conesTouch(const GivenCapsule& p, const GivenCapsule& q, double margin) {
+  const ConeBounds<Digits100> bounds = coneBounds<Digits100>(p, q, margin);
+  if (bounds.high() <= ldexp(bounds.size(), -200)) return true;
+  if (bounds.low() > 0) return false;
+  throw std::logic_error("100 digits do not tell whether two cones touch");
+}
+
+/// The range of long double holds products of four doubles.
+TouchOracle::Verdict judgeCones(const GivenCapsule& p, const GivenCapsule& q, double margin) {
+  const ConeBounds<Real> bounds = coneBounds<Real>(p, q, margin);
+  const Real error = 64 * std::numeric_limits<Real>::epsilon() * bounds.size();
+  const auto excess = static_cast<double>(bounds.high() / 2);
+  const double reach =
+      std::max(p.radius, p.radiusAtB()) + std::max(q.radius, q.radiusAtB()) + margin;
+  if (bounds.high() <= -error) return {true, false, excess, reach};
+  if (bounds.low() > error) return {false, false, excess, reach};
+  return {conesTouch(p, q, margin), true, excess, reach};
+}
+
 }  // namespace
 
 TouchOracle::TouchOracle(std::vector<GivenCapsule> capsules) : capsules_(std::move(capsules)) {
@@ -132,7 +159,8 @@ TouchOracle::TouchOracle(std::vector<GivenCapsule> capsules) : capsules_(std::mo
       largest = std::max({largest, std::fabs(c.a[i]), std::fabs(c.b[i])});
     }
     const double half_length = std::hypot(half[0], half[1], half[2]);
-    const double radius = (half_length + c.radius) * (1 + 0x1p-40) + largest * 0x1p-50;
+    const double radius =
+        (half_length + std::max(c.radius, c.radiusAtB())) * (1 + 0x1p-40) + largest * 0x1p-50;
     // What is so small has lost its bits: such capsules are never certainly apart.
     constexpr double kLeast = 0x1p-1000;
     spheres_.push_back({middle[0], middle[1], middle[2], radius + kLeast});
@@ -141,6 +169,7 @@ TouchOracle::TouchOracle(std::vector<GivenCapsule> capsules) : capsules_(std::mo
 
 TouchOracle::Verdict TouchOracle::judge(const GivenCapsule& p, const GivenCapsule& q,
                                         double margin) {
+  if (p.isTapered() || q.isTapered()) return judgeCones(p, q, margin);
   double scale = 1;
   PairOf<double> pair = roundedPair(p, q, margin, scale);
   double size = sizeOf(pair);
@@ -160,6 +189,7 @@ TouchOracle::Verdict TouchOracle::judge(const GivenCapsule& p, const GivenCapsul
 }
 
 bool TouchOracle::touchExactly(const GivenCapsule& p, const GivenCapsule& q, double margin) {
+  if (p.isTapered() || q.isTapered()) return conesTouch(p, q, margin);
   const int unit = commonUnit(p, q, margin);
   const PairOf<Integer> pair = pairOf<Integer>(
       p, q, margin, [unit](double x) { return inUnits(x, unit); },

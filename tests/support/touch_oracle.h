@@ -9,18 +9,24 @@ namespace fcl_fibers::test {
 
 /// A capsule by the numbers that a program gave, each of them taken as exact: all points within
 /// `radius` of the segment from a - (length / 2) axis to b + (length / 2) axis. Arrays give a and b
-/// and leave length 0; the capsule of an FCL object has a = b, its centre.
+/// and leave length 0; the capsule of an FCL object has a = b, its centre. Or a rounded cone: the
+/// hull of two balls, of which the first one has that radius.
 struct GivenCapsule {
   std::array<double, 3> a, b;
   double radius = 0;
   double length = 0;
   std::array<double, 3> axis = {0, 0, 0};
+  double radius_of_second = -1;  ///< of the balls of a rounded cone; negative if it is the same
+
+  double radiusAtB() const { return radius_of_second < 0 ? radius : radius_of_second; }
+  bool isTapered() const { return radiusAtB() != radius; }
 };
 
 /// What touches, without error: the squared distance of two segments is rational in their
 /// coordinates. Most pairs are decided in double, by two points that are certainly near enough or a
-/// plane that certainly parts them, the others in integers of any size. Shares nothing with the
-/// library.
+/// plane that certainly parts them, the others in integers of any size. The distance of rounded
+/// cones has square roots: they are decided by two balls and a plane in long double, or in 100
+/// digits, where 2^-200 of their size counts as contact. Shares nothing with the library.
 class TouchOracle {
  public:
   explicit TouchOracle(std::vector<GivenCapsule> capsules);
@@ -37,9 +43,9 @@ class TouchOracle {
   /// than `margin` apart.
   struct Verdict {
     bool touching;
-    bool exact;     ///< decided in integers
+    bool exact;     ///< decided in integers or 100 digits
     double excess;  ///< distance of the segments less radii and margin, rounded
-    double reach;   ///< radii and margin
+    double reach;   ///< radii and margin, of cones the larger radii
   };
   template <class Take>
   void visitNearPairs(double margin, Take&& take) const {
