@@ -212,7 +212,7 @@ class FiberTree:
 
     def build(
         self,
-        points: Points,
+        points: Union[Points, Fibers],
         offsets: Optional[ArrayLike] = None,
         radii: Optional[Points] = None,
         closed: Optional[ArrayLike] = None,
