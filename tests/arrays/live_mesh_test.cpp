@@ -22,6 +22,7 @@
 #include "arrays/meshes.h"
 #include "arrays/motion.h"
 #include "support/exact_geometry.h"
+#include "support/least_of_convex.h"
 #include "support/random.h"
 #include "support/scalars.h"
 #include "support/touch_oracle.h"
@@ -123,6 +124,7 @@ struct Scene {
   int threads = 1;
   double motion = 0.004;  ///< of a usual step
   bool has_rules = false;
+  bool has_cones = false;
 };
 
 /// Fibers and a mesh that move as a program might move them, and a tree that lists nothing.
@@ -583,6 +585,10 @@ class SafeSteps {
     for (std::size_t i = 0; i < fibers_.points.size(); ++i) {
       fibers_.points[i] += static_cast<S>(i % 3 == 0 ? scene_.offset : 0);
     }
+    if (scene.has_cones) {
+      fibers_.radii_are = Assembly<S>::Radii::kPerPoint;
+      for (S& radius : fibers_.radii) radius *= static_cast<S>(random_.between(0.2, 2));
+    }
     for (std::size_t f = 0; f < fibers_.fiberCount(); ++f) {
       meets_.push_back(scene.has_rules && f % 4 == 1 ? 0b10 : ~0u);
     }
@@ -684,10 +690,17 @@ class SafeSteps {
         return {x, y, z};
       };
       const Point a = pointOf(i), b = pointOf(i + 1);
-      const Real reach = static_cast<Real>(fibers_.radii[i]) + static_cast<Real>(scene_.margin);
+      const auto first = static_cast<Real>(fibers_.radii[i]);
+      const auto last = static_cast<Real>(fibers_.radii[scene_.has_cones ? i + 1 : i]);
+      const Real reach = std::max(first, last) + static_cast<Real>(scene_.margin);
       const bool touches = std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) {
         const Real most = reach + (b - a).norm() + (t.b - t.a).norm() + (t.c - t.a).norm();
-        return (a - t.a).norm() <= most && segmentTriangleDistance(a, b, t) <= reach;
+        if ((a - t.a).norm() > most || segmentTriangleDistance(a, b, t) > reach) return false;
+        if (first == last) return true;
+        return leastOfConvex([&](Real s) {
+                 const Point x = (1 - s) * a + s * b;
+                 return segmentTriangleDistance(x, x, t) - ((1 - s) * first + s * last);
+               }) <= static_cast<Real>(scene_.margin);
       });
       if (touches) touching.insert(static_cast<std::int32_t>(i));
     });
@@ -715,6 +728,7 @@ TYPED_TEST(LiveMeshPairsOf, SafeDistancesKeepSegmentsOffAMesh) {
     scene.margin = seed % 4 < 2 ? 0 : 0.01;
     scene.offset = seed % 3 == 0 ? (std::is_same_v<TypeParam, float> ? 8 : 1e6) : 0;
     scene.has_rules = seed % 5 < 2;
+    scene.has_cones = seed % 8 > 3;
     scene.skin = Random(seed).between(0.005, 0.2);
     SafeSteps<TypeParam> steps(scene);
     for (int i = 0; i < 8; ++i) {
