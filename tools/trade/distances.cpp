@@ -11,6 +11,7 @@ namespace {
 
 constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
 constexpr int kCuts = 72;  ///< of an interval, after which 2^-64 of it is left
+constexpr Real kDigits = 0x1p-58;
 
 Vector onAxis(const Vector& from, const Vector& to, const Vector& x) {
   const Vector along = to - from;
@@ -61,7 +62,10 @@ Gap leastGap(const Axis& axis, const Partner& partner) {
     const bool rises = dot(way, along) >= axis.taper * norm(way);
     (rises ? high : low) = s;
   }
-  return best;
+  // Around the least value many gaps are equal to their last digits, and this place is the best.
+  const Gap last = at(high);
+  const Real scale = norm(last.p - last.q) + last.radius_p + last.radius_q;
+  return last.gap - best.gap <= kDigits * scale ? last : best;
 }
 
 void keepNearer(Closest& best, const Vector& p, const Vector& q) {
