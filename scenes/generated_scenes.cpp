@@ -15,6 +15,7 @@
 #include "scenes/cap.h"
 #include "scenes/helix.h"
 #include "scenes/load_file.h"
+#include "scenes/neuron.h"
 #include "scenes/paper_scenes.h"
 #include "tools/messages.h"
 
@@ -216,6 +217,8 @@ constexpr Kind kKinds[] = {
      [](Parameters& keys) { return movingScene(keys, makeCap); }},
     {"combed", "hair that lies on its head, 50,000 x 50",
      [](Parameters& keys) { return movingScene(keys, makeCombed); }},
+    {"neuron", "a neuron whose dendrites taper and branch, 6 x 12 and what grows from them",
+     [](Parameters& keys) { return movingScene(keys, makeNeuron); }},
     {"paper-static", "the paper's static assembly, 1,000 x 100; turned=0: along z, state=1: unbent",
      staticScene},
     {"paper-dynamic",
