@@ -69,6 +69,33 @@ class Trade(ProgramTest):
         dials = {row["dial"] for row in answer["rows"]}
         self.assertEqual(dials, {"tree", "threads", "input", "margin", "roots", "mesh"})
 
+    def test_tapers_and_branches(self):
+        """If this failed, a neuron would be judged as capsules, or as touching where it branches."""
+        # A cone from 1 to 0.2 along x, which starts where another fiber does. One line meets its
+        # thick end, but not a capsule of its mean radius. The other misses its thin end, but not a
+        # capsule.
+        samples = [(0, 0, 0, 1, -1), (10, 0, 0, 0.2, 1), (-10, 0, 0, 1, 1)]
+        for x, z in ((1, 0.95), (9, 0.5)):
+            count = len(samples)
+            samples += [(x, -5, z, 0.1, -1), (x, 5, z, 0.1, count + 1)]
+        lines = [
+            f"{i + 1} 3 {x} {y} {z} {radius} {before}\n"
+            for i, (x, y, z, radius, before) in enumerate(samples)
+        ]
+        _, rows = self.rows(self.write("neuron.swc", "".join(lines)))
+        for name, expected in {
+            "tree: boxes, capsules": (1, 0, 0),
+            "tapers: left out, larger radii": (1, 0, 1),
+            "tapers: left out, mean radii": (1, 1, 1),
+            "branches: left out": (1, 0, 1),
+            "manager: layered boxes": (1, 0, 1),
+            "FCL's tree: tight boxes, closed form": (1, 0, 1),
+        }.items():
+            counts = tuple(rows[name][key] for key in ("contacts", "missed", "false"))
+            self.assertEqual(counts, expected, name)
+        self.assertIn("kPerFirstPoint", rows["tapers: left out, mean radii"]["cpp"])
+        self.assertIn("starts_at", rows["branches: left out"]["cpp"])
+
     def test_a_step(self):
         """If this failed, what passes between two frames would count as found."""
         start = self.write("start.txt", CROSSING)
