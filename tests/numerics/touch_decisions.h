@@ -34,4 +34,9 @@ struct TouchTally {
 TouchTally decideTouches(std::size_t corners, std::uint64_t decisions, std::uint64_t seed,
                          int rounding = FE_TONEAREST);
 
+/// Asks touch() and CapsulePairs about the same kinds of pairs as rounded cones, which TouchOracle
+/// judges. Lengths count with the radii.
+TouchTally decideConeTouches(std::uint64_t decisions, std::uint64_t seed,
+                             int rounding = FE_TONEAREST);
+
 }  // namespace fcl_fibers::test

@@ -39,6 +39,13 @@ TEST(TouchDecisions, OfTrianglesAreThoseOfTheExactOracle) {
   EXPECT_GT(tally.in_float, 40'000u);
 }
 
+// Cones that touch would be missed, or the capsules around them be taken for them.
+TEST(TouchDecisions, OfConesAreThoseOfBoundsFromBothSides) {
+  const TouchTally tally = decideConeTouches(60'000, 1);
+  expectRight(tally);
+  EXPECT_GT(tally.in_float, 12'000u);
+}
+
 // A program that computes intervals, in which rounding goes one way, would miss what touches.
 TEST(TouchDecisions, AreRightInEveryModeOfRounding) {
   for (const int rounding : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
@@ -46,6 +53,8 @@ TEST(TouchDecisions, AreRightInEveryModeOfRounding) {
       SCOPED_TRACE("mode " + std::to_string(rounding) + ", " + std::to_string(corners));
       expectRight(decideTouches(corners, 60'000, 2, rounding));
     }
+    SCOPED_TRACE("mode " + std::to_string(rounding) + ", cones");
+    expectRight(decideConeTouches(20'000, 2, rounding));
   }
 }
 
