@@ -32,6 +32,10 @@ for page in contract.md crossings.md numerics.md; do
     tr -d '`' | sort -u)
 done
 
+while read -r name; do
+  grep -rqE "def $name\(" --include='*.py' . || complain "crossings.md names $name, which is no test"
+done < <(grep -oE '`test_\w+`' ../docs/crossings.md | tr -d '`' | sort -u)
+
 rows_named=$(sed -nE '/^## Rows/,/^## Other/s/^\| ([A-Z]\w+) \|.*/\1/p' ../docs/numerics.md | sort)
 for scalar in Float Double; do
   rows_tested=$("$numerics_test" --gtest_list_tests --gtest_filter="Rows/ExtremeTest.$scalar/*" |

@@ -167,6 +167,17 @@ class Page(PageTest):
         self.open(self.make(apart, "-r", 0.05), address)
         self.assertEqual(self.look("apart").count(is_red), 0)
 
+    def test_draws_cones(self):
+        """A segment that tapers would be as thick as its thicker end."""
+        areas = []
+        for end in 1, 0.1:
+            neuron = self.write("neuron.swc", f"1 3 0 0 0 1 -1\n2 3 10 0 0 {end} 1\n")
+            self.open(self.make(neuron))
+            areas.append(self.look(f"cone_{end}").count(is_drawn))
+        # Of a length of 10 and half circles around the ends: 20 + 3.1 beside 11 + 1.6.
+        self.assertGreater(areas[1], 0.45 * areas[0])
+        self.assertLess(areas[1], 0.65 * areas[0])
+
     def test_orbits_and_zooms(self):
         self.open(self.make("helix:fibers=150,segments=60"))
         first = self.look("orbit_before")
