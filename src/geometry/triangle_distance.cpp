@@ -66,8 +66,7 @@ bool wellScaledWithin(const Segment& p, const Triangle& t, double m, double reac
 /// Finds the closest points in a few operations where an end of the axis is above the inside of a
 /// triangle that is no needle, or where the axis crosses it at no tiny angle. Then they are as near
 /// to each other as the closest ones, up to a few times the error of a coordinate. The error of
-/// where the axis crosses is that divided by the angle, which is less than the way to the edges. Of
-/// cones only the latter are found.
+/// where the axis crosses is that divided by the angle, which is less than the way to the edges.
 /// @return whether it is such a pair for certain
 bool findInside(const Segment& capsule, const Triangle& t, double m, ClosestOnTriangle& closest) {
   const Vec3d w = capsule.a - t.a, u = capsule.b - capsule.a, v1 = t.b - t.a, v2 = t.c - t.a;
@@ -82,15 +81,14 @@ bool findInside(const Segment& capsule, const Triangle& t, double m, ClosestOnTr
   const double rounding = 64 * kEps * std::sqrt(nn) * m;
   const double end = height + climb;
   if (std::min({std::fabs(height), std::fabs(end), std::fabs(climb)}) <= rounding) return false;
-  const bool crosses = (height > 0) != (end > 0);
+  // Where the radius changes faster than the height, the thicker end is nearest to the plane.
+  const double change = std::fabs(capsule.taper) * std::sqrt(nn), fall = std::fabs(climb) - change;
+  if (change > 0 && std::fabs(fall) <= rounding) return false;
+  const bool crosses = fall > 0 && (height > 0) != (end > 0);
   const bool is_steep = climb * climb >= kLeastClimb * nn * squaredNorm(u);
   if (crosses && !is_steep) return false;
-  if (capsule.isTapered()) {
-    // The radius must not change faster than the height, or the ball that crosses is not nearest.
-    const double taper = capsule.taper * (1 + 0x1p-20);
-    if (!crosses || climb * climb <= taper * taper * nn) return false;
-  }
-  const double s = crosses ? height / (height - end) : (height > 0) == (climb > 0) ? 0 : 1;
+  const bool is_first = fall > 0 ? (height > 0) == (climb > 0) : capsule.taper < 0;
+  const double s = crosses ? height / (height - end) : is_first ? 0 : 1;
   const Vec3d p = w + s * u;
   const double x = dot(cross(p, v2), normal) / nn, y = dot(cross(v1, p), normal) / nn;
   constexpr double kInside = 0x1p-20;
