@@ -274,8 +274,9 @@ TEST(ArrayTree, NamesFiberAndSegment) {
 
 template <typename S>
 test::ExactCapsule exactCapsule(const Assembly<S>& fibers, std::size_t i) {
-  const auto [a, b, radius, length, axis] = fibers.capsule(i);
-  return {test::Point(a[0], a[1], a[2]), test::Point(b[0], b[1], b[2]), radius};
+  const test::GivenCapsule given = fibers.capsule(i);
+  return {test::Point(given.a[0], given.a[1], given.a[2]),
+          test::Point(given.b[0], given.b[1], given.b[2]), given.radius};
 }
 
 /// How far the capsule that starts at point i reaches out of the volume; negative where it does
