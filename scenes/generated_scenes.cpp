@@ -217,7 +217,7 @@ constexpr Kind kKinds[] = {
      [](Parameters& keys) { return movingScene(keys, makeCap); }},
     {"combed", "hair that lies on its head, 50,000 x 50",
      [](Parameters& keys) { return movingScene(keys, makeCombed); }},
-    {"neuron", "a neuron whose dendrites taper and branch, 6 x 12 and what grows from them",
+    {"neuron", "a neuron whose dendrites taper and branch, 6 x 8 and what grows from them",
      [](Parameters& keys) { return movingScene(keys, makeNeuron); }},
     {"paper-static", "the paper's static assembly, 1,000 x 100; turned=0: along z, state=1: unbent",
      staticScene},

@@ -9,7 +9,7 @@
 namespace fcl_fibers::scenes {
 namespace {
 
-constexpr double kStep = 2.5;  // micrometres
+constexpr double kStep = 4.5;  // micrometres
 constexpr double kWander = 0.12, kOutward = 0.03, kSpread = 1.1;
 constexpr double kThinner = 0.9, kThinnerAtTip = 0.5;
 constexpr int kMostBranchings = 6;

@@ -10,8 +10,8 @@ namespace fcl_fibers::scenes {
 /// The scene `neuron`, much as a pyramidal cell: lengths in micrometres.
 struct NeuronParameters {
   int fibers = 6;          ///< basal dendrites that leave the soma
-  int segments = 12;       ///< of a fiber between two branching points, each of 2.5
-  double radius = 1.5;     ///< of a basal dendrite where it begins
+  int segments = 8;        ///< of a fiber between two branching points, each of 4.5
+  double radius = 1;       ///< of a basal dendrite where it begins
   std::uint64_t seed = 1;  ///< same seed, same scene
   int frame = 0;           ///< time step of the motion
 };
