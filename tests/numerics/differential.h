@@ -42,7 +42,9 @@ Tally differWhile(GoOn&& goOn, std::size_t capsules, std::uint64_t seed, const H
   constexpr std::size_t kKinds = sizeof(kRandomKinds) / sizeof(*kRandomKinds);
   for (; goOn(tally); ++seed) {
     const RandomKind kind = kRandomKinds[seed % kKinds];
-    const Form form = seed / kKinds % 4 < 2 ? Form::kArrays : Form::kObjects;
+    // FCL has no shape that tapers.
+    const bool are_arrays = kind == RandomKind::kTapered || seed / kKinds % 4 < 2;
+    const Form form = are_arrays ? Form::kArrays : Form::kObjects;
     if (seed / kKinds % 2 == 0) {
       differ<float>(kind, capsules, seed, form, hair, tally);
     } else {

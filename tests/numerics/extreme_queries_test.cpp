@@ -191,6 +191,52 @@ void expectLivePairs(const Judge<S>& judge) {
   }
 }
 
+/// Every number that a tree answers with, in its order.
+template <typename S>
+std::vector<double> answersOf(const Judge<S>& judge, const Assembly<S>& fibers,
+                              const FiberTreeOptions& options) {
+  std::vector<double> numbers;
+  const auto keep = [&](const auto&... all) { (numbers.push_back(static_cast<double>(all)), ...); };
+  Assembly<S> start = fibers;
+  for (std::size_t i = 1; i < start.points.size(); i += 3) start.points[i] /= 2;
+  std::vector<Contact> contacts;
+  std::vector<SegmentPair> pairs, nearest;
+  std::vector<Impact> impacts;
+  judge.ask([&] {
+    FiberTree tree = treeOf(fibers, options);
+    tree.find(Pairs{}, pairs);
+    tree.find(Nearest{}, nearest);
+    if (!judge.isTooLarge()) tree.find(Contacts{fibers.view()}, contacts);
+    if (!isOfBoxes(options)) return;
+    tree.update(start.view(), fibers.view());
+    tree.find(Impacts{}, impacts);
+  });
+  for (const SegmentPair& pair : pairs) keep(pair.a, pair.b);
+  for (const SegmentPair& pair : nearest) keep(pair.a, pair.b);
+  for (const Contact& contact : contacts) {
+    keep(contact.pair.a, contact.pair.b, contact.distance, contact.s, contact.t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      keep(contact.point_a[k], contact.point_b[k], contact.normal[k]);
+    }
+  }
+  for (const Impact& impact : impacts) keep(impact.pair.a, impact.pair.b, impact.time);
+  return numbers;
+}
+
+/// That radii of points which are the same at both ends of each segment change no bit.
+template <typename S>
+void expectEqualRadiiToBeOne(const Judge<S>& judge) {
+  using Radii = typename Assembly<S>::Radii;
+  Assembly<S> alone, alone_by_point;
+  for (const GivenCapsule& c : judge.fibers.capsules()) alone.addCapsule(c.a, c.b, c.radius);
+  alone_by_point = alone;
+  alone_by_point.radii_are = Radii::kPerPoint;
+  for (const FiberTreeOptions& options : capsuleKinds(judge.row.margin)) {
+    SCOPED_TRACE(describe(Form::kArrays, options));
+    EXPECT_TRUE(answersOf(judge, alone, options) == answersOf(judge, alone_by_point, options));
+  }
+}
+
 template <typename S>
 void expectAll(std::size_t number) {
   const ExtremeRow<S>& row = extremeRows<S>()[number];
@@ -204,6 +250,7 @@ void expectAll(std::size_t number) {
   expectImpacts(judge);
   expectImpactsOnTheWay(judge);
   expectLivePairs(judge);
+  expectEqualRadiiToBeOne(judge);
 }
 
 // Contacts, nearest segments, impacts or live pairs would be wrong where pairs are right.

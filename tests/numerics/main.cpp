@@ -142,7 +142,7 @@ int printHashes(int threads) {
 int recordScenes() {
   constexpr std::size_t kCapsules = 1200, kSeed = 41;
   for (const RandomKind kind : kRandomKinds) {
-    if (kind == RandomKind::kHair) continue;
+    if (kind == RandomKind::kHair || kind == RandomKind::kTapered) continue;
     recordScene(nameOf(kind), randomScene<double>(kind, kCapsules, kSeed, HairFiles::none()));
   }
   const auto in_float =

@@ -148,6 +148,51 @@ Assembly<S> hairScene(std::size_t capsules, Random& random, const HairFiles& fil
   return fibers;
 }
 
+/// Pairs of cones on a grid. Radii at both ends grow until the distance is that of contact, within
+/// 1e-12 or as well as S tells.
+template <typename S>
+Assembly<S> conesInContact(std::size_t capsules, Random& random) {
+  Assembly<S> fibers;
+  const auto row = static_cast<std::size_t>(std::sqrt(static_cast<double>(capsules) / 2)) + 1;
+  const auto rounded = [](double x) { return static_cast<double>(static_cast<S>(x)); };
+  for (std::size_t i = 0; i < capsules / 2; ++i) {
+    const Eigen::Vector3d place(8.0 * static_cast<double>(i % row), 0,
+                                8.0 * static_cast<double>(i / row));
+    GivenCapsule cones[2];
+    for (GivenCapsule& cone : cones) {
+      for (Numbers* end : {&cone.a, &cone.b}) {
+        *end = numbers(place + random.inCube(1));
+        for (double& x : *end) x = rounded(x);
+      }
+      cone.radius = random.below(3) == 0 ? 0 : rounded(random.unit());
+      cone.radius_of_second = random.below(3) == 0 ? 0 : rounded(random.unit());
+    }
+    const Real distance = surfaceDistance(roundedCapsule(cones[0]), roundedCapsule(cones[1]));
+    const double off = std::ldexp(random.between(-1, 1), -40 - static_cast<int>(random.below(14)));
+    const double growth = std::max(static_cast<double>(distance) * (1 + off), 0.0);
+    fibers.addCone(cones[0].a, cones[0].b, cones[0].radius + growth,
+                   cones[0].radius_of_second + growth);
+    fibers.addCone(cones[1].a, cones[1].b, cones[1].radius, cones[1].radius_of_second);
+  }
+  return fibers;
+}
+
+template <typename S>
+Assembly<S> taperedScene(std::size_t capsules, Random& random) {
+  const std::size_t kind = random.below(4);
+  Assembly<S> fibers = kind == 0   ? conesInContact<S>(capsules, random)
+                       : kind == 1 ? denseScene<S>(capsules, random)
+                       : kind == 2 ? curledScene<S>(capsules, random)
+                                   : degenerateScene<S>(capsules, random);
+  fibers.radii_are = Assembly<S>::Radii::kPerPoint;
+  if (kind == 0) return fibers;
+  for (S& radius : fibers.radii) {
+    const double times[] = {0, 1, 2, kind == 3 ? 1 : random.between(0, 2)};
+    radius = static_cast<S>(static_cast<double>(radius) * times[random.below(4)]);
+  }
+  return fibers;
+}
+
 }  // namespace
 
 std::string nameOf(RandomKind kind) {
@@ -162,6 +207,8 @@ std::string nameOf(RandomKind kind) {
       return "degenerate";
     case RandomKind::kContact:
       return "contact";
+    case RandomKind::kTapered:
+      return "tapered";
     default:
       return "hair";
   }
@@ -182,6 +229,8 @@ Assembly<S> randomScene(RandomKind kind, std::size_t capsules, std::uint64_t see
       return degenerateScene<S>(capsules, random);
     case RandomKind::kContact:
       return contactScene<S>(capsules, random);
+    case RandomKind::kTapered:
+      return taperedScene<S>(capsules, random);
     default:
       return hairScene<S>(capsules, random, hair);
   }

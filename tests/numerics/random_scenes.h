@@ -18,10 +18,11 @@ enum class RandomKind {
   kDegenerate,  ///< whole coordinates: exact contact, coincident, collinear, of no length or radius
   kContact,     ///< pairs within 1e-12 of contact, or 1 ulp of S, or exactly there
   kHair,        ///< neighbouring strands of a TressFX file
+  kTapered,     ///< rounded cones: of the scenes above but hair, or within 1e-12 of contact
 };
-constexpr RandomKind kRandomKinds[] = {RandomKind::kDense,   RandomKind::kSparse,
-                                       RandomKind::kCurled,  RandomKind::kDegenerate,
-                                       RandomKind::kContact, RandomKind::kHair};
+constexpr RandomKind kRandomKinds[] = {
+    RandomKind::kDense,   RandomKind::kSparse, RandomKind::kCurled, RandomKind::kDegenerate,
+    RandomKind::kContact, RandomKind::kHair,   RandomKind::kTapered};
 std::string nameOf(RandomKind kind);
 
 /// Strands of hair to choose from.

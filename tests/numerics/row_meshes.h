@@ -16,6 +16,7 @@
 #include <fcl_fibers/triangle_mesh.h>
 
 #include "numerics/row_judge.h"
+#include "support/least_of_convex.h"
 #include "support/mesh_models.h"
 
 namespace fcl_fibers::test {
@@ -106,6 +107,16 @@ MeshInRow<S> tetrahedronIn(const Judge<S>& judge) {
           {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}};
 }
 
+/// Distance of the axis and a triangle; of a cone that of its surface, and the larger radius.
+inline Real axisDistance(const ExactCapsule& capsule, const ExactTriangle& triangle) {
+  if (capsule.taper == 0) return segmentTriangleDistance(capsule.a, capsule.b, triangle);
+  const Real distance = leastOfConvex([&](Real s) {
+    const Point center = capsule.a + s * (capsule.b - capsule.a);
+    return segmentTriangleDistance(center, center, triangle) - capsule.radiusAt(s);
+  });
+  return distance + capsule.radius;
+}
+
 /// That these are the triangles that a segment touches, up to what is too near to contact to tell.
 /// A segment inside a solid is found with the nearest one.
 template <typename S>
@@ -120,8 +131,9 @@ void expectTouching(const Judge<S>& judge, std::size_t i, const MeshInRow<S>& sh
     is_inside = is_inside && normal.dot(capsule.a - triangle.a) <= 0;
   }
   for (std::size_t t = 0; t < shape.count(); ++t) {
-    const Real distance = segmentTriangleDistance(capsule.a, capsule.b, shape[t]);
-    const Real sizes = distance + judge.lengthOf(i);
+    const Real distance = axisDistance(capsule, shape[t]);
+    // Radii at the ends of a cone are rounded as lengths are.
+    const Real sizes = distance + judge.lengthOf(i) + (capsule.taper == 0 ? 0 : capsule.radius);
     const bool is_found = found.count({i, t}) != 0;
     is_met = is_met || is_found;
     if (distance + shape.judging(t, sizes) <= reach || distance == 0) {
