@@ -247,7 +247,7 @@ std::vector<ExtremeRow<S>> makeRows() {
       alongOneDirection<S>({3, -2, 1}, -1, 0, 0, 19));
   add("ThroughOnePoint", "all through one point, half of them without thickness",
       throughOnePoint<S>(23));
-  add("Identical", "identical except for their sense and radius", identical<S>());
+  add("Identical", "identical except for their sense and radius", identical<S>(300));
   add("Nested", "each within the next, on one line", nested<S>());
   add("BallsCospherical", "centres on one sphere", cosphericalBalls<S>());
   add("BallsCoplanar", "centres in one plane", coplanarBalls<S>());

@@ -130,9 +130,9 @@ Assembly<S> alongOneDirection(const Point& direction, int sense, double spread, 
 }
 
 template <typename S>
-Assembly<S> identical() {
+Assembly<S> identical(int count) {
   Assembly<S> fibers;
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < count; ++i) {
     if (i % 2 == 0) {
       fibers.addCapsule({0.1, 0.2, 0.3}, {0.4, 0.6, 0.9}, i % 3 * 1e-3);
     } else {

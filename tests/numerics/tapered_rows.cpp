@@ -227,7 +227,7 @@ std::vector<ExtremeRow<S>> taperedRows() {
       withRadii(alongOneDirection<S>({3, -2, 1}, -1, 0, 0, 55), {0, 1, 2}, 56));
   add("Hairpins", "fibers that turn back onto themselves at each point", hairpins<S>(57));
   add("Identical", "identical except for their sense and radii",
-      withRadii(identical<S>(), {0, 1e-3, 2e-3}, 58));
+      withRadii(identical<S>(100), {0, 1e-3, 2e-3}, 58));
 
   const std::tuple<const char*, const char*, int> modes[] = {
       {"Up", "up", FE_UPWARD}, {"Down", "down", FE_DOWNWARD}, {"ToZero", "to zero", FE_TOWARDZERO}};
