@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where two neurons come within 2 micrometres of each other, branch by branch.
+"""Where a neuron touches itself, and where two come within 2 micrometres of each other.
 
     neurons.py [ONE.swc OTHER.swc]
 
@@ -19,22 +19,23 @@ NEAR = 2.0
 
 
 def make_neuron(path, soma, seed):
-    """Writes a neuron of eight stems, which wander and branch, as .swc."""
+    """Writes a neuron of eight stems, which wander, taper and branch, as .swc."""
     # RandomState, unlike newer generators, draws the same numbers in all versions of NumPy.
     random = np.random.RandomState(seed)
-    samples = [(*soma, 5.0, -1)]
+    samples = [(*soma, 5.0, -1)]  # x, y, z, radius, parent
     tips = [(0, way / np.linalg.norm(way)) for way in random.randn(8, 3)]
     for _ in range(60):
         grown = []
         for parent, way in tips:
             way = way + 0.3 * random.randn(3)
             way /= np.linalg.norm(way)
-            samples.append((*(samples[parent][:3] + 2 * way), 0.4, parent))
+            radius = 0.8 if parent == 0 else 0.98 * samples[parent][3]
+            samples.append((*(samples[parent][:3] + 2 * way), radius, parent))
             ways = [way, way + random.randn(3)] if random.rand() < 0.03 else [way]
             grown += [(len(samples) - 1, w / np.linalg.norm(w)) for w in ways]
         tips = grown
     lines = [
-        f"{i + 1} 3 {x:.3f} {y:.3f} {z:.3f} {r} {parent + 1 if i else -1}"
+        f"{i + 1} 3 {x:.3f} {y:.3f} {z:.3f} {r:.4f} {parent + 1 if i else -1}"
         for i, (x, y, z, r, parent) in enumerate(samples)
     ]
     path.write_text("\n".join(lines) + "\n")
@@ -55,10 +56,29 @@ with tempfile.TemporaryDirectory() as folder:
         make_neuron(paths[1], (60, 0, 0), seed=2)
     one, other = map(read, paths)
 
+# [one]
+tree = fcl_fibers.FiberTree()
+tree.build(one)  # with its radii at points, and where its branches begin
+contacts = tree.contacts(order="segments")
+print(f"{len(contacts)} pairs of segments of one.swc touch")
+for contact in contacts[np.argsort(contacts["distance"])][:3]:
+    # A sample of the file is the second end of a segment.
+    a, b = (one.samples[contact[side] + 1] for side in ("a", "b"))
+    print(f"samples {a} and {b}: {-contact['distance']:.3f} deep")
+# [one]
+
+# [less]
+tree.build(*one)
+print(f"{len(tree.pairs())} if the branches are left out")
+thick = np.append(np.maximum(one.radii[:-1], one.radii[1:]), 0)  # of the segments at the points
+tree.build(one.points, one.offsets, np.asarray(thick), starts_at=one.starts_at)
+print(f"{len(tree.pairs())} if the tapers are")
+# [less]
+
 # [places]
 tree, partner = fcl_fibers.FiberTree(margin=NEAR), fcl_fibers.FiberTree()
-tree.build(*one)
-partner.build(*other)
+tree.build(one)
+partner.build(other)
 contacts = tree.contacts(partner, order="fibers")
 pairs = fcl_fibers.fiber_pairs(contacts)
 print(f"{len(pairs)} pairs of branches come within {NEAR} of each other")
