@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "first_of.h"
-#include "io/point_radii.h"
 #include "messages.h"
 #include "seconds.h"
 
@@ -35,17 +34,15 @@ FiberPolylines StepScene::at(double time) const {
     for (std::size_t k = 0; k < 3; ++k) move(fibers.points[i][k], end.points[i][k]);
   }
   move(fibers.radius, end.radius);
-  if (start.hasRadiiOfPoints() || end.hasRadiiOfPoints()) {
-    fibers.radii = io::pointRadii(start);
-    fibers.radii_are = FiberArrays<double>::Radii::kPerPoint;
-    const std::vector<double> radii = io::pointRadii(end);
-    for (std::size_t i = 0; i < radii.size(); ++i) move(fibers.radii[i], radii[i]);
-    return fibers;
-  }
-  if (fibers.radii.empty() && !end.radii.empty()) {
-    fibers.radii.assign(fibers.points.size(), start.radius);
-  }
-  for (std::size_t i = 0; i < fibers.radii.size(); ++i) move(fibers.radii[i], end.radiusAt(i));
+  if (start.radii.empty() && end.radii.empty()) return fibers;
+  const auto radiiOf = [](const FiberPolylines& scene) {
+    return scene.radii.empty() ? std::vector<double>(scene.points.size(), scene.radius)
+                               : scene.radii;
+  };
+  if (end.hasRadiiOfPoints()) fibers.radii_are = end.radii_are;
+  fibers.radii = radiiOf(start);
+  const std::vector<double> radii = radiiOf(end);
+  for (std::size_t i = 0; i < radii.size(); ++i) move(fibers.radii[i], radii[i]);
   return fibers;
 }
 

@@ -24,12 +24,12 @@ def make_neuron(path, soma, seed):
     random = np.random.RandomState(seed)
     samples = [(*soma, 5.0, -1)]  # x, y, z, radius, parent
     tips = [(0, way / np.linalg.norm(way)) for way in random.randn(8, 3)]
-    for _ in range(60):
+    for step in range(60):
         grown = []
         for parent, way in tips:
             way = way + 0.3 * random.randn(3)
             way /= np.linalg.norm(way)
-            radius = 0.8 if parent == 0 else 0.98 * samples[parent][3]
+            radius = 0.8 * 0.985**step * random.uniform(0.5, 1.5)
             samples.append((*(samples[parent][:3] + 2 * way), radius, parent))
             ways = [way, way + random.randn(3)] if random.rand() < 0.03 else [way]
             grown += [(len(samples) - 1, w / np.linalg.norm(w)) for w in ways]
@@ -57,7 +57,8 @@ with tempfile.TemporaryDirectory() as folder:
     one, other = map(read, paths)
 
 # [one]
-tree = fcl_fibers.FiberTree()
+# The stems leave a soma of radius 5 side by side, so what is that near along the neuron is left out.
+tree = fcl_fibers.FiberTree(ignored_arc_length=16)
 tree.build(one)  # with its radii at points, and where its branches begin
 contacts = tree.contacts(order="segments")
 print(f"{len(contacts)} pairs of segments of one.swc touch")

@@ -70,7 +70,7 @@ class Trade(ProgramTest):
         self.assertEqual(dials, {"tree", "threads", "input", "margin", "roots", "mesh"})
 
     def test_tapers_and_branches(self):
-        """If this failed, a neuron would be judged as capsules, or as touching where it branches."""
+        """A neuron would be judged as capsules, or as touching where it branches."""
         # A cone from 1 to 0.2 along x, which starts where another fiber does. One line meets its
         # thick end, but not a capsule of its mean radius. The other misses its thin end, but not a
         # capsule.
