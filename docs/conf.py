@@ -24,7 +24,7 @@ NAVIGATION = {
         f"tutorials/{name}"
         for name in (
             "swap shadow own_manager hair_step live_pairs gust hair_head harness obstacles yarn "
-            "python"
+            "neuron python"
         ).split()
     ],
     "Guide": ["options", "files", "contacts", "program", "python", "threads", "gallery", "faq"],
@@ -32,7 +32,7 @@ NAVIGATION = {
         f"api/{name}"
         for name in "tree meshes managers options contacts files benchmark python".split()
     ],
-    "Reference": ["contract", "crossings", "numerics", "scoreboard", "platforms", "works-with", "glossary"],
+    "Reference": ("contract crossings numerics scoreboard platforms works-with glossary".split()),
     "Paper": ["paper", "paper_measured"],
     "Performance": ["performance", "trade", "beyond_one_machine"],
     "Developers": ["architecture", "/CONTRIBUTING", "log", "/CHANGELOG"],

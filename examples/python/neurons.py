@@ -57,7 +57,7 @@ with tempfile.TemporaryDirectory() as folder:
     one, other = map(read, paths)
 
 # [one]
-# The stems leave a soma of radius 5 side by side, so what is that near along the neuron is left out.
+# The stems leave a soma of radius 5 side by side, so what is near along the neuron is left out.
 tree = fcl_fibers.FiberTree(ignored_arc_length=16)
 tree.build(one)  # with its radii at points, and where its branches begin
 contacts = tree.contacts(order="segments")
