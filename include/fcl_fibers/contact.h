@@ -65,6 +65,10 @@ struct BareContact {
 ///     const Contact c = capsuleContact(fibers, pair);
 ///     if (c.distance < 0) push(c.a.fiber, c.b.fiber, c.normal, -c.distance);
 ///
+/// A segment with radii at its points is a row of balls. Then the two closest balls take the place
+/// of the closest points: `s` and `t` tell their centers. If the axes intersect, the normal leans
+/// from the perpendicular towards the thin ends, by as much as the surfaces do.
+///
 /// If many points are closest, as for parallel axes, the contact names one pair of them. The error
 /// of `distance` is at most 32 eps of (distance of the axes + their lengths + radii), at any angle.
 /// The points are rounded like coordinates of their size.
