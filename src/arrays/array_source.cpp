@@ -94,12 +94,13 @@ double ArraySource<S>::readEnds(SegmentId begin, SegmentId end, const Frame& fra
     readRun(first, last, fibers_.radii, is_one ? 0 : 1);
   }
   if (fibers_.radii_are == FiberArrays<S>::Radii::kPerPoint) {
-    // Points of two fibers that follow each other may differ without a taper, which costs no pair.
     const S* const radii = fibers_.radii;
     bool differ = false;
-    for (std::size_t i = std::max<std::size_t>(first, 1); i < last; ++i) {
-      differ |= radii[i] != radii[i - 1];
-    }
+    forFibers(fibers_, first, last, [&](std::size_t f, std::size_t from, std::size_t to) {
+      for (std::size_t i = std::max(from, fibers_.point_begin[f] + 1); i < to; ++i) {
+        differ |= radii[i] != radii[i - 1];
+      }
+    });
     are_tapered = are_tapered || differ;
   }
   return reach;
@@ -130,10 +131,10 @@ void ArraySource<S>::readRadii(const SegmentId* ids, int count, double scale,
       block.are_tapered = true;
       for (int i = 0; i < count; ++i) {
         const S* const radii = fibers_.radii + index(i);
-        const double at_a = scale * static_cast<double>(radii[0]);
-        const double at_b = scale * static_cast<double>(radii[1]);
-        out[i] = std::max(at_a, at_b);
-        block.taper[i] = at_b - at_a;
+        for (int end = 0; end < 2; ++end) {
+          block.end_radius[end][i] = scale * static_cast<double>(radii[end]);
+        }
+        out[i] = std::max(block.end_radius[0][i], block.end_radius[1][i]);
       }
       break;
     default:

@@ -174,6 +174,7 @@ template <typename S>
 void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind,
                           const std::vector<FiberJoint<Object>>& joints) {
   refuseDuringQuery(call);
+  if (added.empty()) return;
   // An obstacle with filters of its own neither continues a fiber nor is continued.
   const bool may_continue = kind.categories == tree::kAllCategories;
   const Segment* last = may_continue && last_registered_ ? &*last_registered_ : nullptr;
@@ -193,7 +194,6 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
     throwInvalidArgument(call,
                          nameOf(*duplicate) + " is registered already; register each object once");
   }
-  if (added.empty()) return;
   for (const std::size_t i : fresh.others) {
     obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, kind.is_solid,
                    kind.is_rigid);

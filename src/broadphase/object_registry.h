@@ -303,12 +303,8 @@ template <typename S>
 bool ObjectRegistry<S>::remove(const Object* object) {
   const bool keeps_ids = !nextRemovalRenumbers();
   if (!keeps_ids) fibers_.reserveForDrop();
-  const SegmentId id = find(object);
-  objects_[static_cast<std::size_t>(id)] = nullptr;
-  if (fibers_.hasJoints()) {
-    const std::size_t fiber = fibers_.pointOf(id, false).fiber;
-    if (!Left{objects_}(fibers_.beginOf(fiber), fibers_.idsEnd(fiber))) fibers_.unsettleJoints();
-  }
+  objects_[static_cast<std::size_t>(find(object))] = nullptr;
+  fibers_.unsettleJoints();  // its fiber may have no object left
   managed_.erase(object);
   --size_;
   ++removed_since_renumbering_;

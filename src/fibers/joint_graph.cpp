@@ -17,9 +17,13 @@ bool isBefore(const FiberPoint& p, const FiberPoint& q) {
 
 }  // namespace
 
+// The ways to where there is no place. Two may be added, and no rule reaches so far.
+constexpr SegmentId kFar = std::numeric_limits<SegmentId>::max() / 2;
+constexpr double kFarAway = 0x1p1000;
+
 JointGraph::JointGraph(const NeighborRule& rule, const std::vector<Place>& joined,
                        SegmentId id_count)
-    : rule_(rule),
+    : rule_(std::min(rule.reach, kFar), std::min(rule.arc_length, kFarAway / 2)),
       places_(joined),
       goes_beyond_(rule.reach > 1 || rule.arc_length > 0),
       near_(static_cast<std::size_t>(id_count), -1) {
@@ -144,9 +148,7 @@ void JointGraph::addNear(SegmentId id, const Place& from, const Place& to, const
   std::int32_t& near = near_[static_cast<std::size_t>(id)];
   if (near >= 0) return;
   near = static_cast<std::int32_t>(exits_.size());
-  // Where there is no place the way is half of the largest number, so that two may be added.
-  constexpr SegmentId kFar = std::numeric_limits<SegmentId>::max() / 2;
-  Exits exits{{0, 0}, {kFar, kFar}, {0x1p1000, 0x1p1000}};
+  Exits exits{{0, 0}, {kFar, kFar}, {kFarAway, kFarAway}};
   const auto set = [&](int i, const Place& place, const Place& first, const Place& last) {
     exits.node[i] = nodes_[static_cast<std::size_t>(&place - places_.data())];
     exits.segments[i] = last.point.number - first.point.number;

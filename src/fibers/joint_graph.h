@@ -53,7 +53,10 @@ class JointGraph {
                                       const Place* before, const Place* after);
 
   /// Whether the rule excludes the pair by a path that leaves the fiber of each.
+  /// @pre a < b
   bool areNeighbors(SegmentId a, SegmentId b) const {
+    // What was added to the table since is not joined.
+    if (static_cast<std::size_t>(b) >= near_.size()) return false;
     const std::int32_t p = near_[static_cast<std::size_t>(a)],
                        q = near_[static_cast<std::size_t>(b)];
     if ((p | q) < 0) return false;

@@ -19,20 +19,18 @@ struct SegmentBlock {
       b[axis][i] = to[axis];
     }
     radius[i] = segment.radius;
-    if (are_tapered) taper[i] = segment.taper;
   }
   Segment operator[](int i) const {
-    return {{a[0][i], a[1][i], a[2][i]},
-            {b[0][i], b[1][i], b[2][i]},
-            radius[i],
-            are_tapered ? taper[i] : 0};
+    const Vec3d from{a[0][i], a[1][i], a[2][i]}, to{b[0][i], b[1][i], b[2][i]};
+    return are_tapered ? Segment::cone(from, to, end_radius[0][i], end_radius[1][i])
+                       : Segment{from, to, radius[i]};
   }
 
   alignas(64) double a[3][kCapacity];  ///< one end, as in Segment
   alignas(64) double b[3][kCapacity];  ///< the other end
   alignas(64) double radius[kCapacity];
-  alignas(64) double taper[kCapacity];
-  bool are_tapered = false;  ///< whether `taper` is set; otherwise all are 0
+  alignas(64) double end_radius[2][kCapacity];  ///< those at the ends, if segments may be tapered
+  bool are_tapered = false;                     ///< whether these are set
 };
 
 /// A bit for each segment of a block.

@@ -66,21 +66,22 @@ class KeptSegments {
 
   /// Several threads may set different segments at the same time.
   FCL_FIBERS_ALWAYS_INLINE void set(SegmentId id, const geometry::Segment& segment) {
-    const auto i = static_cast<std::size_t>(id - begin_);
-    geometry::CapsuleEnd* const out = ends_.data() + stride() * i;
-    if (segment.isBox()) has_boxes_.set();
-    if (!segment.isOtherBox()) has_capsules_.set();
-    if (segment.isTapered()) may_taper_.set();
-    out[0] = geometry::firstEndOf(segment);
-    // A point that two segments share is written by the second, so no two threads write it.
-    if (share_ends_ && has(i + 1)) return;
-    out[1] = geometry::secondEndOf(segment);
+    set(id, segment, geometry::firstEndOf(segment), geometry::secondEndOf(segment));
+  }
+  /// Sets segment i of a block, with the radii at its ends to the last bit.
+  FCL_FIBERS_ALWAYS_INLINE void set(SegmentId id, const geometry::SegmentBlock& block, int i) {
+    const geometry::Segment segment = block[i];
+    geometry::CapsuleEnd ends[] = {geometry::firstEndOf(segment), geometry::secondEndOf(segment)};
+    for (int end = 0; end < 2 && block.are_tapered; ++end) {
+      ends[end].numbers[3] = block.end_radius[end][i];
+    }
+    set(id, segment, ends[0], ends[1]);
   }
   /// Sets those of a block that are present.
   void set(const SegmentId* ids, int count, geometry::BlockMask present,
            const geometry::SegmentBlock& block) {
     for (int i = 0; i < count; ++i) {
-      if ((present >> i & 1u) != 0) set(ids[i], block[i]);
+      if ((present >> i & 1u) != 0) set(ids[i], block, i);
     }
   }
   /// The ends of all ids, to be written.
@@ -130,6 +131,20 @@ class KeptSegments {
 
   using Word = std::uint64_t;
   static constexpr std::size_t kBits = 64;
+
+  FCL_FIBERS_ALWAYS_INLINE void set(SegmentId id, const geometry::Segment& segment,
+                                    const geometry::CapsuleEnd& first,
+                                    const geometry::CapsuleEnd& second) {
+    const auto i = static_cast<std::size_t>(id - begin_);
+    geometry::CapsuleEnd* const out = ends_.data() + stride() * i;
+    if (segment.isBox()) has_boxes_.set();
+    if (!segment.isOtherBox()) has_capsules_.set();
+    if (segment.isTapered()) may_taper_.set();
+    out[0] = first;
+    // A point that two segments share is written by the second, so no two threads write it.
+    if (share_ends_ && has(i + 1)) return;
+    out[1] = second;
+  }
 
   std::size_t stride() const { return share_ends_ ? 1 : 2; }
   bool has(std::size_t i) const { return (is_segment_[i / kBits] >> i % kBits & 1u) != 0; }

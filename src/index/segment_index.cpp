@@ -121,7 +121,7 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
         for (int i = 0; i < count; ++i) {
           const Segment segment = block[i];
           if (in_range && !isInFloatRange(segment)) fits.store(false, std::memory_order_relaxed);
-          if (stores) now_.segments.set(ids[i], segment);
+          if (stores) now_.segments.set(ids[i], block, i);
         }
       });
   if (!is_read || !fits) return false;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -225,6 +226,43 @@ TYPED_TEST(ManagerBranches, WhatIsNoSegmentOfAFiberIsRefused) {
   for (auto* object : branch) manager->unregisterObject(object);
   manager->registerFiber(branch, FiberEnds::kOpen, {}, {}, {{0, trunk[0], /*at_end=*/true}});
   EXPECT_EQ(selfPairs(*manager).size(), 3u) << "the end, at the trunk and the start";
+}
+
+// What is registered behind a query would be looked up where joints know nothing of it, and an
+// empty fiber would leave its joint to the next one.
+TYPED_TEST(ManagerBranches, OtherFibersComeBehindAQuery) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto trunk = scene.addFiber({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, 0.1);
+  const auto branch = scene.addFiber({{1, 0, 0}, {1, 1, 0}, {1, 2, 0}}, 0.1);
+  const auto manager = TypeParam::make(branchOptions(1, 0));
+  manager->registerFiber(trunk);
+  manager->registerFiber(branch, FiberEnds::kOpen, {}, {}, {{0, trunk[1]}});
+  EXPECT_TRUE(selfPairs(*manager).empty());
+  manager->registerFiber({}, FiberEnds::kOpen, {}, {}, {{0, trunk[1]}});
+  for (std::size_t count = 1; count <= 200; ++count) {
+    manager->registerFiber(scene.addFiber({{1, 0, 0}, {1, 0, 9}}, 0.01));
+    // Each touches both segments of the trunk, the first one of the branch, and the others.
+    if (count % 50 == 1) EXPECT_EQ(selfPairs(*manager).size(), 3 * count + count * (count - 1) / 2);
+  }
+}
+
+// No number is so large that segments of two trees would be neighbours.
+TYPED_TEST(ManagerBranches, TheLargestRulesIgnoreNoOtherTree) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  for (const auto& [neighbors, arc] : {std::pair(std::numeric_limits<int>::max(), 0.0),
+                                       std::pair(1, std::numeric_limits<double>::max())}) {
+    const auto manager = TypeParam::make(branchOptions(neighbors, arc));
+    for (int i = 0; i < 2; ++i) {
+      const auto trunk = scene.addFiber({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, 0.1);
+      manager->registerFiber(trunk);
+      manager->registerFiber(scene.addFiber({{1, 0, 0}, {1, 1, 0}, {1, 2, 0}}, 0.1),
+                             FiberEnds::kOpen, {}, {}, {{0, trunk[1]}});
+    }
+    // Of one tree with the other: all that are not the last of the branch and of the trunk beyond.
+    EXPECT_EQ(selfPairs(*manager).size(), 12u) << neighbors << ", " << arc;
+  }
 }
 
 // A scene without branches would pay for them.

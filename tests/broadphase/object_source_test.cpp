@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -140,7 +139,10 @@ TYPED_TEST(ObjectSources, ObjectsReadTogetherAreAsEachAlone) {
       const bool marks = random.below(2) == 0;
       const ObjectSource<S> source("test", objects, bounds, /*beside=*/nullptr, marks);
       SegmentBlock block;
-      std::memset(&block, 0xFF, sizeof(block));  // NaN
+      for (double* row :
+           {block.a[0], block.a[1], block.a[2], block.b[0], block.b[1], block.b[2], block.radius}) {
+        std::fill_n(row, SegmentBlock::kCapacity, std::numeric_limits<double>::quiet_NaN());
+      }
       BlockMask present = 0;
       const bool is_read =
           source.read(ids.data(), static_cast<int>(count), 0, frame, block, present);
