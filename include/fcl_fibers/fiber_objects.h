@@ -58,9 +58,11 @@ struct FiberObjects {
 /// A point of a fiber of a scene that is one with the begin or end of a segment of that fiber or of
 /// one before it.
 struct SceneJoint {
-  std::size_t fiber, point;       ///< the point's number along the fiber
-  std::size_t of_fiber, segment;  ///< the segment's number along its fiber
-  bool at_end;                    ///< of the segment
+  std::size_t fiber;     ///< the one that is joined
+  std::size_t point;     ///< the point's number along it
+  std::size_t of_fiber;  ///< the fiber that has the point, too
+  std::size_t segment;   ///< a segment's number along that one
+  bool at_end;           ///< whether the point is the segment's end, or its begin
 };
 
 /// Where fibers of a scene meet, in their order. Fibers without segments lead from one to the next.

@@ -53,10 +53,12 @@ struct FiberPolylines {
   /// this is empty, no fiber ends at another one.
   std::vector<std::int32_t> ends_at;
 
-  /// One number per point: the sample of an .swc file that it is, and the type of that, such as 3
-  /// for a dendrite. A segment is the piece between the sample of its second point and the parent
-  /// of that. Queries do not read them. Both are empty if the file has none.
-  std::vector<std::int64_t> samples, types;
+  /// One number per point: the sample of an .swc file that it is, or -1 if it is none. A segment is
+  /// the piece between the sample of its second point and the parent of that. Queries do not read
+  /// them. Empty if the file has none.
+  std::vector<std::int64_t> samples;
+  /// One number per point: the type of its sample, such as 3 for a dendrite. Empty without samples.
+  std::vector<std::int64_t> types;
 
   /// Number of fibers, including those without segments.
   std::size_t fiberCount() const { return point_begin.size() - 1; }

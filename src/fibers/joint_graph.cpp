@@ -99,7 +99,8 @@ void JointGraph::Distances::find(const JointGraph& graph, double limit, Distance
     const std::size_t hub = ranked[rank];
     reached.emplace(0, hub);
     while (!reached.empty()) {
-      const auto [distance, node] = reached.top();
+      const double distance = reached.top().first;
+      const std::size_t node = reached.top().second;
       reached.pop();
       if (isKnown(hub, node, distance)) continue;
       found[node].push_back({static_cast<Node>(rank), distance});
