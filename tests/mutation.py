@@ -219,7 +219,8 @@ FAULTS = [
           "t_runs_task ? nullptr :", "false ? nullptr :", "parallel_test"),
     # --- Capsules ---
     Fault("lanes take a near miss for a touch", "geometry/capsule_test.cpp",
-          "d.farthest <= d.least_reach * all(1 - 8 * kEps)", "d.nearest <= d.least_reach * all(1 + 8 * kEps)",
+          "d.farthest <= d.least_reach * all(1 - 8 * kEps)",
+          "d.nearest <= d.least_reach * all(1 + 8 * kEps)",
           "geometry_test"),
     Fault("lanes forget the gap of the dual bound", "geometry/capsule_test.cpp",
           "reach_up * reach_up + d.gap +", "reach_up * reach_up +",

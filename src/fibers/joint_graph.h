@@ -62,8 +62,8 @@ class JointGraph {
     if ((p | q) < 0) return false;
     const Exits &x = exits_[static_cast<std::size_t>(p)], &y = exits_[static_cast<std::size_t>(q)];
     bool share_point = false;
-    for (const std::size_t i : {0, 1}) {
-      for (const std::size_t k : {0, 1}) {
+    for (const int i : {0, 1}) {
+      for (const int k : {0, 1}) {
         share_point |= (x.node[i] == y.node[k]) & (x.segments[i] + y.segments[k] < rule_.reach);
       }
     }

@@ -126,7 +126,7 @@ TYPED_TEST_SUITE(Branches, test::Scalars, test::ScalarName);
 // come near from afar.
 TYPED_TEST(Branches, NeighborsCountAlongTheTree) {
   std::size_t left_out = 0;
-  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+  for (const std::uint64_t seed : {1u, 2u, 3u, 4u, 5u, 6u}) {
     const FiberPolylines scene = branchedFibers(seed);
     for (const auto& [reach, arc] : rules()) {
       const BranchOracle oracle(scene, reach, arc);
@@ -162,7 +162,7 @@ TYPED_TEST(Branches, NeighborsCountAlongTheTree) {
 
 // A question would ask another rule than that of Pairs.
 TYPED_TEST(Branches, EveryQuestionLeavesOutNeighbors) {
-  for (const std::uint64_t seed : {11, 12, 13}) {
+  for (const std::uint64_t seed : {11u, 12u, 13u}) {
     SCOPED_TRACE(seed);
     FiberPolylines scene = branchedFibers(seed), moved = scene;
     Random random(seed);

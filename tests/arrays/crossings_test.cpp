@@ -266,7 +266,7 @@ INSTANTIATE_TEST_SUITE_P(Of, Crossings,
                          nameOf);
 
 TEST_P(Crossings, Pairs) {
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
     const Fibers fibers(seed, GetParam());
     std::map<std::array<double, 3>, std::set<Numbers>> truth;
     for (const FiberTreeOptions& options : allOptions()) {

@@ -411,7 +411,7 @@ TEST(LivePairs, OfConesSeeTheLastEndOfAFiberGrow) {
   LivePairs live(tree, {0.1});
   live.update();
   EXPECT_EQ(live.count(), 0u);
-  for (const std::size_t f : {3, 17, 30}) fibers.radii[2 * f + 1] = 0.95;
+  for (const std::size_t f : {3u, 17u, 30u}) fibers.radii[2 * f + 1] = 0.95;
   tree.update(fibers.view());
   live.update();
   EXPECT_EQ(live.count(), 6u) << "those beside the three";

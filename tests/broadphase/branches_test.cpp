@@ -93,7 +93,7 @@ MANAGER_SUITE(ManagerBranches, FiberManagers);
 // Segments at a branching point, which always touch, would drown the contacts of a neuron.
 TYPED_TEST(ManagerBranches, NeighborsCountAlongTheTree) {
   using S = typename TypeParam::Scalar;
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
     const BranchedObjects<S> objects(branchedFibers(seed));
     for (const auto& [neighbors, arc] : {std::pair(1, 0.0), {3, 0.0}, {0, 0.15}, {1, 0.4}}) {
       const auto all = TypeParam::make(branchOptions(0, 0));
@@ -122,7 +122,7 @@ TYPED_TEST(ManagerBranches, NeighborsCountAlongTheTree) {
 TYPED_TEST(ManagerBranches, ChildrenOfAFiberThatIsGoneStartNowhere) {
   using S = typename TypeParam::Scalar;
   Random random(17);
-  for (const std::uint64_t seed : {4, 5}) {
+  for (const std::uint64_t seed : {4u, 5u}) {
     const BranchedObjects<S> objects(branchedFibers(seed, 60, 2));
     FiberPolylines now = objects.scene();
     const auto fiberOf = [&](std::int32_t point) {
@@ -163,7 +163,7 @@ TYPED_TEST(ManagerBranches, ChildrenOfAFiberThatIsGoneStartNowhere) {
     };
     for (std::size_t f = 0; f < objects.size(); ++f) add(f);
     expectRight("with all");
-    for (const std::size_t f : {7, 20, 21}) {
+    for (const std::size_t f : {7u, 20u, 21u}) {
       remove(f);
       expectRight("without a few");
     }

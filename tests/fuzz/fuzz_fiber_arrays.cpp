@@ -98,7 +98,9 @@ class AnyArrays {
       view_.ends_at = fill(data, fibers, ends_, any);
     }
     // So that all points may be joined.
-    if ((features & 8) != 0 && points_ != nullptr) std::fill_n(points_.get(), size, S(0));
+    if ((features & 8) != 0 && points_ != nullptr && points > 0) {
+      std::fill_n(points_.get(), size, S(0));
+    }
   }
 
   const FiberArrays<S>& view() const { return view_; }

@@ -81,9 +81,9 @@ Pair randomPair(Random& random) {
     case 4: {  // hair that lies on the triangle, or dips into it
       const Vec3d across = cross(t.b - t.a, t.c - t.a);
       const double height = magnitude(random, 1e-16);
-      const auto near = [&] {
+      const auto near = [&, corner = t.a, to_b = t.b - t.a, to_c = t.c - t.a] {
         const double x = 2 * random.unit() - 0.5, y = 2 * random.unit() - 0.5;
-        return t.a + x * (t.b - t.a) + y * (t.c - t.a) + height * random.between(-1, 1) * across;
+        return corner + x * to_b + y * to_c + height * random.between(-1, 1) * across;
       };
       a = near();
       b = near();
@@ -152,7 +152,7 @@ TEST(ConeTriangleDistance, ClosestPointsHaveTheDistanceAndTheWayOut) {
     // All of the triangle lies beyond all of the cone, by the distance.
     ++ways;
     const Vec3d n = (1 / length) * closest.apart;
-    const auto beyond = [&](const Vec3d& corner) { return dot(n, corner - cone.a); };
+    const auto beyond = [&n, end = cone.a](const Vec3d& corner) { return dot(n, corner - end); };
     const double gap = std::min({beyond(t.a), beyond(t.b), beyond(t.c)}) -
                        std::max(cone.radiusAtA(), dot(n, cone.b - cone.a) + cone.radiusAtB());
     ASSERT_NEAR(gap, distance, 1e-8 * pair.size()) << described(pair);

@@ -300,7 +300,8 @@ TEST(VtpTest, NamedPointsAreOfTheFile) {
   EXPECT_TRUE(parsesSafely(withStarts("-1 -1"), kVtp));
   expectRefusal(withStarts("-1 5"), kVtp, "byte 212", "there is point 5 of 5");
   expectRefusal(withStarts("-2 -1"), kVtp, "byte 212", "there is point -2 of 5");
-  expectRefusal(withStarts("-1 1"), kVtp, "byte 1", "fiber 1 starts at another place than the");
+  expectRefusal(withStarts("-1 1"), kVtp, "byte 0: VTKFile",
+                "fiber 1 starts at another place than the");
   expectRefusal(withStarts("-1"), kVtp, "byte 212", "there are 1 numbers, but 2 cells");
 }
 

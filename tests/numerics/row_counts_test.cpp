@@ -92,7 +92,7 @@ TEST(RowCountsWithAStrayFiber, AreThoseWithoutIt) {
   const Work usual = workOf(row, strandAndBall(SIZE_MAX, Eigen::Vector3d::Zero()));
   for (const Eigen::Vector3d& direction : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-3, 2, 9)}) {
     for (const double away : {300.0, 3e4, 1e30}) {
-      for (const std::size_t before : {0, 437, 999}) {
+      for (const std::size_t before : {0u, 437u, 999u}) {
         SCOPED_TRACE(std::to_string(away) + " away, before fiber " + std::to_string(before));
         const Work work = workOf(row, strandAndBall(before, away * direction));
         EXPECT_LT(work.volume_tests, 1.02 * usual.volume_tests);

@@ -170,3 +170,21 @@ def test_fibers_of_a_file_come_with_their_branches(tmp_path):
     assert len(tree.pairs()) == 0
     with pytest.raises(TypeError, match="leave them out"):
         tree.build(fibers, radii=1.0)
+
+
+def test_segments_with_radii_at_points_are_cones():
+    cone = np.array([[0, 0, 0], [10, 0, 0.0]])
+    across = np.array([[0, -3, 1], [0, 3, 1.0]])
+    tree = fcl_fibers.FiberTree()
+    for x, pairs in ((1, 0), (9, 1)):  # at the thin end and at the thick one
+        tree.build([cone, across + [x, 0, 0]], radii=PointRadii([0.1, 1, 0.1, 0.1]))
+        assert len(tree.pairs()) == pairs
+    contact = tree.contacts()[0]
+    # What is sampled is too far by less than the square of a step, which is 5e-6.
+    assert contact["distance"] == pytest.approx(distance_of_cone(9, 1) - 0.1, abs=5e-11)
+
+
+def distance_of_cone(x, z):
+    """From (x, 0, z) to the cone above, by its definition."""
+    s = np.linspace(0, 1, 2_000_001)
+    return (np.hypot(x - 10 * s, z) - (0.1 + 0.9 * s)).min()
