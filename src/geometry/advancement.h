@@ -96,50 +96,30 @@ inline Vec3d rounded(const Vec3<DoubleDouble>& p) {
   return {double(p.x), double(p.y), double(p.z)};
 }
 
+/// With what its radius is more than that of its first end.
+template <int K>
+Segment coneOf(const Pose<K>& pose) {
+  return Segment::cone(pose.w, pose.w + pose.u, 0, pose.taper);
+}
 template <typename T>
 Closest<2> closestOf(const Pose<2>& pose) {
   if (pose.isTapered()) {
-    const ConeDistance<T> distance(as<T>(pose.w), as<T>(pose.u), as<T>(pose.v[0]), T(0),
-                                   T(pose.taper), T(pose.corner_taper));
-    const CertifiedOfCones<T> best = distance.atNearest();
-    const auto t = double(best.t);
-    return {double(best.s), {1 - t, t}, rounded(distance.between(best.s, best.t))};
+    const ClosestPoints best =
+        closestOfCone(coneOf(pose), Segment::cone({0, 0, 0}, pose.v[0], 0, pose.corner_taper));
+    return {best.s, {1 - best.t, best.t}, -1.0 * best.apart};
   }
   const SquaredDistance<T> distance(as<T>(pose.w), as<T>(pose.u), as<T>(pose.v[0]));
   const Certified<T> best = distance.atClosestByProjection();
   const auto t = double(best.t);
   return {double(best.s), {1 - t, t}, rounded(distance.between(best.s, best.t))};
 }
-/// The best of a place on each edge, where it is that of two cones, and those inside: away from
-/// edges the distance of the axis from the triangle changes evenly.
-template <typename T>
-Closest<3> closestOfCone(const Pose<3>& pose) {
-  const Vec3<T> none{T(0), T(0), T(0)};
-  const Vec3<T> w = as<T>(pose.w), u = as<T>(pose.u), v[2] = {as<T>(pose.v[0]), as<T>(pose.v[1])};
-  const T taper(pose.taper);
-  const SquaredTriangleDistance<T> distance(w, u, v[0], v[1]);
-  CertifiedOnTriangle<T> best{};
-  T least(std::numeric_limits<double>::infinity());
-  const auto consider = [&](const CertifiedOnTriangle<T>& place) {
-    const T less = squareRoot(place.squared) - place.s * taper;
-    if (less < least) best = place, least = less;
-  };
-  distance.forInside(consider);
-  const auto considerEdge = [&](const Vec3<T>& from, const Vec3<T>& along, auto&& place) {
-    const CertifiedOfCones<T> c =
-        ConeDistance<T>(w - from, u, along, T(0), taper, T(0)).atNearest();
-    const auto [x, y] = place(c.t);
-    consider(distance.at(c.s, x, y));
-  };
-  considerEdge(none, v[0], [](const T& t) { return std::array<T, 2>{t, T(0)}; });
-  considerEdge(none, v[1], [](const T& t) { return std::array<T, 2>{T(0), t}; });
-  considerEdge(v[0], v[1] - v[0], [](const T& t) { return std::array<T, 2>{T(1) - t, t}; });
-  const auto x = double(best.x), y = double(best.y);
-  return {double(best.s), {std::max(1 - x - y, 0.0), x, y}, rounded(distance.between(best))};
-}
 template <typename T>
 Closest<3> closestOf(const Pose<3>& pose) {
-  if (pose.isTapered()) return closestOfCone<T>(pose);
+  if (pose.isTapered()) {
+    const ClosestOnTriangle best =
+        closestOfCone(coneOf(pose), Triangle{{0, 0, 0}, pose.v[0], pose.v[1]});
+    return {best.s, {best.weight[0], best.weight[1], best.weight[2]}, -1.0 * best.apart};
+  }
   const SquaredTriangleDistance<T> distance(as<T>(pose.w), as<T>(pose.u), as<T>(pose.v[0]),
                                             as<T>(pose.v[1]));
   const CertifiedOnTriangle<T> best = distance.atNearest();

@@ -6,7 +6,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "geometry/cone_box.h"
+#include "geometry/cone_distance.h"
 #include "geometry/double_double.h"
 #include "geometry/least_distance.h"
 #include "geometry/obstacle_impact.h"
@@ -231,8 +231,6 @@ double scaleFor(const Segment& segment, const Obstacle& box, double size) {
                                       maxNorm(x), maxNorm(y), maxNorm(z)}));
 }
 
-Segment scaled(const Segment& s, double scale) { return {scale * s.a, scale * s.b, s.radius}; }
-
 bool boxWithin(const Segment& segment, const Obstacle& box, double reach) {
   const double size = sizeOf(segment, box);
   if (isWellScaled(size)) return wellScaledBoxWithin(segment, box, size, reach);
@@ -315,7 +313,7 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
   const Vec3d(&v)[3] = obstacle.vector;
   switch (obstacle.kind) {
     case Obstacle::Kind::kBox:
-      return capsule.isTapered() ? coneTouchesBox(capsule, obstacle, margin, error)
+      return capsule.isTapered() ? coneWithin(capsule, obstacle, near, errors)
                                  : boxWithin(capsule, obstacle, reach);
     case Obstacle::Kind::kHalfspace:
     case Obstacle::Kind::kPlane:
@@ -328,7 +326,7 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
       return touch(capsule, axis, near, errors);
     }
     case Obstacle::Kind::kPolytope:
-      return capsule.isTapered() ? coneWithinPolytope(capsule, obstacle, near, errors)
+      return capsule.isTapered() ? coneWithin(capsule, obstacle, near, errors)
                                  : polytopeWithin(capsule, obstacle, reach);
     case Obstacle::Kind::kNone:
       break;

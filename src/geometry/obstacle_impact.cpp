@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "geometry/advancement.h"
+#include "geometry/cone_distance.h"
 #include "geometry/polytope_distance.h"
 
 namespace fcl_fibers::geometry {
@@ -138,17 +139,6 @@ bool advance(const MovingSegment& p, const Vec3d& point, double size, double nea
   }
 }
 
-/// The ball of a cone that is nearest to a box.
-NearestToPolytope nearestToBox(const Segment& cone, const Obstacle& box) {
-  const ClosestOnBox closest = closestPoints(cone, box);
-  const double distance = safeNorm(closest.apart);
-  if (distance == 0) return {closest.s, 0, {0, 0, 0}, 0};
-  const Vec3d n = (-1 / distance) * closest.apart;
-  double least = std::min(dot(n, cone.a - box.point), dot(n, cone.b - box.point));
-  for (const Vec3d& v : box.vector) least -= std::fabs(dot(n, v));
-  return {closest.s, distance, n, least};
-}
-
 /// Of a polytope or, if the capsule is tapered, a box.
 bool findByAdvance(const MovingSegment& p, const Obstacle& obstacle, double near, double errors,
                    bool only_nearer, Impact& impact) {
@@ -159,18 +149,14 @@ bool findByAdvance(const MovingSegment& p, const Obstacle& obstacle, double near
       sizeOfPair(p.start, obstacle) < sizeOfPair(p.end, obstacle) ? p.end : p.start;
   if (size > 0x1p-150 && size < 0x1p150) {
     const auto nearestOf = [&](const Segment& cone) {
-      return obstacle.kind == Obstacle::Kind::kBox ? nearestToBox(cone, obstacle)
-                                                   : nearestToPolytope(cone, obstacle);
+      return isTapered(p) ? nearestOfCone(cone, obstacle) : nearestToPolytope(cone, obstacle);
     };
     return advance(p, obstacle.point, size, near, errors, only_nearer, nearestOf, impact);
   }
   impact = {0, 0, 0};
   const double scale = scaleOfPair(larger, obstacle);
   if (scale == 0 || scale == 1 || !std::isfinite(size)) return !(size == 0 && only_nearer);
-  const auto inScale = [scale](const Segment& s) -> Segment {
-    return {scale * s.a, scale * s.b, scale * s.radius, scale * s.taper};
-  };
-  return findByAdvance({inScale(p.start), inScale(p.end)}, scaled(obstacle, scale),
+  return findByAdvance({scaled(p.start, scale), scaled(p.end, scale)}, scaled(obstacle, scale),
                        std::min(scale * near, 0x1p150), std::min(scale * errors, 0x1p150),
                        only_nearer, impact);
 }

@@ -284,11 +284,8 @@ bool polytopeWithin(const Segment& axis, const Obstacle& polytope, double reach)
   return fine.decide(reach) != Verdict::kApart;
 }
 
-namespace {
-
-/// @param certain  how much of the distance may be uncertain in double
-NearestToPolytope nearestOfAxis(const Segment& axis, const Obstacle& polytope, double m,
-                                double certain) {
+NearestToPolytope nearestToPolytope(const Segment& axis, const Obstacle& polytope, double certain) {
+  const double m = sizeOfPair(axis, polytope);
   const auto nearestOf = [&](const auto& search) -> NearestToPolytope {
     const double distance = std::sqrt(search.squared());
     if (distance == 0) return {search.s(), 0, {0, 0, 0}, 0};
@@ -300,70 +297,13 @@ NearestToPolytope nearestOfAxis(const Segment& axis, const Obstacle& polytope, d
   const NearestToPolytope nearest = nearestOf(rough);
   // Rounding would show in the direction of what is near.
   constexpr double kNear = 0x1p-16;
-  if (nearest.distance > kNear * m && nearest.distance - nearest.least_along <= certain) {
+  if (nearest.distance > kNear * m && nearest.distance - nearest.least_along <= certain * m) {
     return nearest;
   }
   DifferenceSearch<DoubleDouble> fine(axis, polytope, m);
   fine.startAt(rough);
   fine.finish();
   return nearestOf(fine);
-}
-
-/// Looks for the ball of a cone that is nearest, between two arc parameters that come nearer to
-/// each other: a ball's distance is a convex function of its arc parameter. Calls isEnough(nearest,
-/// beyond) for one ball after the other. Along the direction the gap of each ball that is left
-/// exceeds the gap of this one by at least `beyond`, which is not positive.
-template <class IsEnough>
-NearestToPolytope bisect(const Segment& cone, const Obstacle& polytope, double m,
-                         IsEnough&& isEnough) {
-  constexpr int kMostRounds = 64;
-  const Vec3d along = cone.b - cone.a;
-  NearestToPolytope nearest{};
-  double low = 0, high = 1;
-  for (int round = 0; round < kMostRounds; ++round) {
-    const double s = round == 0 ? low : round == 1 ? high : low + (high - low) / 2;
-    const Vec3d center = cone.a + s * along;
-    nearest = nearestOfAxis({center, center, 0}, polytope, m, 16 * kEps * m);
-    nearest.s = s;
-    const double slope = dot(nearest.direction, along) - cone.taper;
-    const double beyond = std::min(slope * (low - s), slope * (high - s));
-    if (isEnough(nearest, beyond) || slope == 0) break;
-    (slope > 0 ? high : low) = s;
-    if (!(low < high)) break;
-  }
-  return nearest;
-}
-
-}  // namespace
-
-bool coneWithinPolytope(const Segment& cone, const Obstacle& polytope, double near, double errors) {
-  const double scale = scaleOfPair(cone, polytope);
-  if (scale == 0) return true;
-  if (scale != 1) {
-    const Segment scaled_cone{scale * cone.a, scale * cone.b, scale * cone.radius,
-                              scale * cone.taper};
-    return coneWithinPolytope(scaled_cone, scaled(polytope, scale), scale * near, scale * errors);
-  }
-  const double m = sizeOfPair(cone, polytope);
-  // The gap of a ball carries half of 32 eps of the size; see roundingFor().
-  const double reach = near + errors + 4 * kEps * (cone.radius + near) + 32 * kEps * m;
-  bool is_apart = false;
-  bisect(cone, polytope, m, [&](const NearestToPolytope& nearest, double beyond) {
-    const double gap = nearest.least_along - cone.radiusAt(nearest.s);
-    is_apart = gap + beyond > reach;
-    return is_apart || !(gap > reach);
-  });
-  return !is_apart;
-}
-
-NearestToPolytope nearestToPolytope(const Segment& axis, const Obstacle& polytope) {
-  const double m = sizeOfPair(axis, polytope);
-  if (!axis.isTapered()) return nearestOfAxis(axis, polytope, m, 0x1p-40 * m);
-  NearestToPolytope nearest =
-      bisect(axis, polytope, m, [](const NearestToPolytope&, double) { return false; });
-  const double slope = dot(nearest.direction, axis.b - axis.a);
-  nearest.least_along += std::min(-nearest.s * slope, (1 - nearest.s) * slope);
-  return nearest;
 }
 
 }  // namespace fcl_fibers::geometry

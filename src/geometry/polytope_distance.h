@@ -15,23 +15,21 @@ double sizeOfPair(const Segment& axis, const Obstacle& polytope);
 /// finite.
 bool polytopeWithin(const Segment& axis, const Obstacle& polytope, double reach);
 
-/// Whether a rounded cone and a polytope are at most `near` and `errors` apart. The answer is never
-/// false if they are. Of a polytope that is thin it may be wrongly true up to 2^-40 of the size.
-bool coneWithinPolytope(const Segment& cone, const Obstacle& polytope, double near, double errors);
-
 /// The power of two by which both have to be scaled so that products of their lengths neither
 /// overflow nor vanish, mostly 1. It is 0 if there is none, because they are in one point or not
 /// finite.
 double scaleOfPair(const Segment& axis, const Obstacle& polytope);
 
-/// Where an axis is nearest to a polytope. Of a rounded cone it is the center of the nearest ball.
+/// Where an axis is nearest to a polytope.
 struct NearestToPolytope {
   double s;            ///< axis.a + s (axis.b - axis.a)
-  double distance;     ///< of that point; 0 if it is in the polytope
-  Vec3d direction;     ///< unit vector from the polytope to the point, unless it is in it
+  double distance;     ///< 0 if they meet
+  Vec3d direction;     ///< unit vector from the polytope to the axis, unless they meet
   double least_along;  ///< by how much all of the axis is beyond all of the polytope along it
 };
+/// @param certain  by how much the distance may exceed `least_along`, as a part of the size
 /// @pre scaleOfPair() is 1
-NearestToPolytope nearestToPolytope(const Segment& axis, const Obstacle& polytope);
+NearestToPolytope nearestToPolytope(const Segment& axis, const Obstacle& polytope,
+                                    double certain = 0x1p-40);
 
 }  // namespace fcl_fibers::geometry

@@ -92,6 +92,10 @@ inline Segment boxAround(const Segment& segment, double larger) {
                       max(segment.a, segment.b) + Vec3d{r, r, r});
 }
 
+inline Segment scaled(const Segment& s, double scale) {
+  return {scale * s.a, scale * s.b, scale * s.radius, scale * s.taper};
+}
+
 inline Vec3d midpoint(const Segment& segment) { return 0.5 * segment.a + 0.5 * segment.b; }
 
 }  // namespace fcl_fibers::geometry

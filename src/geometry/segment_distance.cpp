@@ -26,8 +26,6 @@ double scaleFor(const Segment& p, const Segment& q, double m) {
   return scaleForSize(m, std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)}));
 }
 
-Segment scaled(const Segment& s, double scale) { return {scale * s.a, scale * s.b, s.radius}; }
-
 /// Whether all of p lies more than `reach` beyond all of q along the line through their midpoints,
 /// which takes no division and settles most pairs that are apart.
 bool isApartAlongMidpoints(const Segment& p, const Segment& q, double rounding, double reach) {
@@ -73,52 +71,7 @@ ClosestPoints wellScaledClosestPoints(const Segment& p, const Segment& q, double
   return {double(finest.s), double(finest.t), {-double(r.x), -double(r.y), -double(r.z)}};
 }
 
-/// The sum of the lengths by which the rounding of ConeDistance is bounded.
-double sizeOfCones(const Segment& p, const Segment& q) {
-  return sizeOf(p, q) + p.radius + q.radius;
-}
-
-/// Bounds the rounding of a distance and a gap in double for cones of size m. The vector between
-/// the points carries an error of 4 eps m, and each product with its direction another 6 eps m.
-double roundingOfCones(double m) { return 64 * std::numeric_limits<double>::epsilon() * m; }
-
-Segment scaledCone(const Segment& s, double scale) {
-  return {scale * s.a, scale * s.b, scale * s.radius, scale * s.taper};
-}
-
-/// Whether the distance of two cones is at most `reach`, or undecided.
-template <typename T>
-bool conesWithin(const Segment& p, const Segment& q, const T& reach, const T& rounding,
-                 bool& is_apart) {
-  bool is_within = false;
-  is_apart = false;
-  ConeDistance<T>(p, q).forCandidates([&](const CertifiedOfCones<T>& candidate) {
-    is_within = is_within || candidate.distance <= reach;
-    is_apart = is_apart || candidate.gap > reach + rounding;
-  });
-  return is_within;
-}
-
 }  // namespace
-
-bool conesWithin(const Segment& p, const Segment& q, double margin, double error) {
-  const double m = sizeOfCones(p, q);
-  if (m == 0 || !std::isfinite(m)) return true;
-  if (!isWellScaled(m)) {
-    const double scale = scaleForSize(
-        m, std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b), p.radius, q.radius}));
-    return conesWithin(scaledCone(p, scale), scaledCone(q, scale), scale * margin, scale * error);
-  }
-  constexpr double kEps = std::numeric_limits<double>::epsilon();
-  const double reach = margin + 4 * kEps * (p.radius + q.radius + std::fabs(margin)) + error;
-  const double rounding = roundingOfCones(m);
-  bool is_apart = false;
-  if (conesWithin<double>(p, q, reach, rounding, is_apart)) return true;
-  if (is_apart) return false;
-  const bool is_within =
-      conesWithin<DoubleDouble>(p, q, reach, DoubleDouble(0x1p-52 * rounding), is_apart);
-  return is_within || !is_apart;
-}
 
 bool axesWithin(const Segment& p, const Segment& q, double reach) {
   const double m = sizeOf(p, q);
@@ -130,33 +83,8 @@ bool axesWithin(const Segment& p, const Segment& q, double reach) {
   return axesWithin(scaled(p, scale), scaled(q, scale), std::min(scale * reach, 0x1p200));
 }
 
-/// Of two cones, one of which tapers.
-ClosestPoints closestOfCones(const Segment& p, const Segment& q) {
-  const double m = sizeOfCones(p, q);
-  if (m == 0 || !std::isfinite(m)) return {0, 0, {0, 0, 0}};
-  if (!isWellScaled(m)) {
-    const double scale = scaleForSize(
-        m, std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b), p.radius, q.radius}));
-    ClosestPoints closest = closestOfCones(scaledCone(p, scale), scaledCone(q, scale));
-    closest.apart = (1 / scale) * closest.apart;
-    return closest;
-  }
-  const ConeDistance<double> rough(p, q);
-  const CertifiedOfCones<double> best = rough.atNearest();
-  const Vec3d r = rough.between(best.s, best.t);
-  // Closer points need more digits, or rounding would show in the direction.
-  constexpr double kNear = 0x1p-20;
-  const bool is_certain = best.distance - best.gap <= roundingOfCones(m) / 4;
-  if (is_certain && squaredNorm(r) > kNear * kNear * m * m) return {best.s, best.t, -1.0 * r};
-  const ConeDistance<DoubleDouble> fine(p, q);
-  const CertifiedOfCones<DoubleDouble> finest = fine.atNearest();
-  const Vec3<DoubleDouble> apart = fine.between(finest.s, finest.t);
-  return {
-      double(finest.s), double(finest.t), {-double(apart.x), -double(apart.y), -double(apart.z)}};
-}
-
 ClosestPoints closestPoints(const Segment& p, const Segment& q) {
-  if (p.isTapered() || q.isTapered()) return closestOfCones(p, q);
+  if (p.isTapered() || q.isTapered()) return closestOfCone(p, q);
   const double m = sizeOf(p, q);
   if (isWellScaled(m)) return wellScaledClosestPoints(p, q, m);
   if (m == 0) return {0, 0, {0, 0, 0}};

@@ -10,12 +10,6 @@ namespace fcl_fibers::geometry {
 /// coordinates, or if these are not finite.
 bool axesWithin(const Segment& p, const Segment& q, double reach);
 
-/// Whether two rounded cones are at most `margin` apart. The answer is never false if they are. It
-/// is wrongly true only if they are further apart by at most a few ulp of the coordinates and radii
-/// and by `error`, or if these are not finite.
-/// @param error  bounds the error of all four end points together
-bool conesWithin(const Segment& p, const Segment& q, double margin, double error);
-
 /// Two closest points of the axes of two capsules or, of rounded cones, the centers of their
 /// closest balls. If many are closest, as for parallel axes, this is one such pair.
 struct ClosestPoints {

@@ -42,32 +42,9 @@ class SquaredTriangleDistance {
     return bestBy([](const CertifiedOnTriangle<T>& c) { return c.squared; });
   }
 
-  /// Calls consider(place) for the places that are not on an edge: under both ends of the axis, and
-  /// where it crosses the plane of the triangle.
-  template <class Consider>
-  void forInside(Consider&& consider) const {
-    consider(above(T(0)));
-    consider(above(T(1)));
-    const T from = dot(normal_, w_), to = from + dot(normal_, u_);
-    if ((from < T(0)) != (to < T(0))) consider(above(clampedToUnit(from / (from - to))));
-  }
-
   /// The vector from the triangle's point to the axis's.
   Vec3<T> between(const CertifiedOnTriangle<T>& c) const {
     return w_ + c.s * u_ - c.x * v1_ - c.y * v2_;
-  }
-
-  /// A convex function lies above its tangent plane, so f is less than here by at most the fall of
-  /// the plane to a corner (Frank and Wolfe, 1956). This holds whatever arithmetic found s, x, y.
-  CertifiedOnTriangle<T> at(const T& s, const T& x, const T& y) const {
-    CertifiedOnTriangle<T> c{s, x, y, T(0), T(0)};
-    const Vec3<T> r = between(c);
-    c.squared = squaredNorm(r);
-    const T slope = T(2) * dot(u_, r), along1 = T(-2) * dot(v1_, r), along2 = T(-2) * dot(v2_, r);
-    const T least = std::min({T(0), along1, along2}, [](const T& p, const T& q) { return p < q; });
-    c.gap =
-        (slope > T(0) ? slope * s : T(0) - slope * (T(1) - s)) + (along1 * x + along2 * y - least);
-    return c;
   }
 
  private:
@@ -82,7 +59,10 @@ class SquaredTriangleDistance {
     };
     consider(onEdge(none, v2_, [](const T& t) { return std::array<T, 2>{T(0), t}; }));
     consider(onEdge(v1_, v2_ - v1_, [](const T& t) { return std::array<T, 2>{T(1) - t, t}; }));
-    forInside(consider);
+    consider(above(T(0)));
+    consider(above(T(1)));
+    const T from = dot(normal_, w_), to = from + dot(normal_, u_);
+    if ((from < T(0)) != (to < T(0))) consider(above(clampedToUnit(from / (from - to))));
     return best;
   }
 
@@ -110,6 +90,19 @@ class SquaredTriangleDistance {
     T y = clampedToUnit(quotientOrZero(dot(cross(v1_, p), normal_), nn));
     if (x + y > T(1)) y = T(1) - x;
     return at(s, x, y);
+  }
+
+  /// A convex function lies above its tangent plane, so f is less than here by at most the fall of
+  /// the plane to a corner (Frank and Wolfe, 1956). This holds whatever arithmetic found s, x, y.
+  CertifiedOnTriangle<T> at(const T& s, const T& x, const T& y) const {
+    CertifiedOnTriangle<T> c{s, x, y, T(0), T(0)};
+    const Vec3<T> r = between(c);
+    c.squared = squaredNorm(r);
+    const T slope = T(2) * dot(u_, r), along1 = T(-2) * dot(v1_, r), along2 = T(-2) * dot(v2_, r);
+    const T least = std::min({T(0), along1, along2}, [](const T& p, const T& q) { return p < q; });
+    c.gap =
+        (slope > T(0) ? slope * s : T(0) - slope * (T(1) - s)) + (along1 * x + along2 * y - least);
+    return c;
   }
 
   Vec3<T> w_, u_, v1_, v2_, normal_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "geometry/cone_distance.h"
 #include "geometry/segment_distance.h"
 
 namespace fcl_fibers::geometry {
@@ -38,7 +39,7 @@ double reachOf(const Segment& p, const Segment& q, double margin, double error) 
 
 bool touch(const Segment& p, const Segment& q, double margin, double error) {
   if (p.isBox() || q.isBox()) return boxesTouch(p, q, margin + error);
-  if (p.isTapered() || q.isTapered()) return conesWithin(p, q, margin, error);
+  if (p.isTapered() || q.isTapered()) return coneWithin(p, q, margin, error);
   return axesWithin(p, q, reachOf(p, q, margin, error));
 }
 

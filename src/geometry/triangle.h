@@ -11,6 +11,9 @@ namespace fcl_fibers::geometry {
 struct Triangle {
   Vec3d a, b, c;
 };
+inline Triangle scaled(const Triangle& t, double scale) {
+  return {scale * t.a, scale * t.b, scale * t.c};
+}
 inline Segment boxAround(const Triangle& t) {
   return Segment::box(min(min(t.a, t.b), t.c), max(max(t.a, t.b), t.c));
 }

@@ -25,8 +25,9 @@ TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle
                                    maxNorm(triangle.b), maxNorm(triangle.c)}));
   const bool crosses = maxNorm(closest.apart) <= rounding;
   if (capsule.isTapered() && !crosses &&
-      safeNorm(closest.apart) <= std::fabs(capsule.taper) + rounding) {
-    // Where the axis of a cone crosses the triangle, one of its larger balls may be nearer.
+      safeNorm(closest.apart) <= std::fabs(capsule.taper) + 64 * rounding) {
+    // Where the axis of a cone crosses the triangle, one of its larger balls may be nearer, or the
+    // search has ended at a ball beside it that is as near.
     const ClosestOnTriangle of_axis = closestPoints({capsule.a, capsule.b, 0}, triangle);
     if (maxNorm(of_axis.apart) <= rounding) {
       return triangleContact(capsule, triangle, of_axis, origin);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "geometry/cone_triangle_distance.h"
+#include "geometry/cone_distance.h"
 #include "geometry/double_double.h"
 #include "geometry/squared_triangle_distance.h"
 #include "geometry/triangle_rows.h"
@@ -30,12 +30,6 @@ bool isWellScaled(double m) { return m > 0x1p-150 && m < 0x1p150; }
 double largestOf(const Segment& p, const Triangle& t) {
   return std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(t.a), maxNorm(t.b), maxNorm(t.c)});
 }
-
-Segment scaled(const Segment& s, double scale) { return {scale * s.a, scale * s.b, s.radius}; }
-Segment scaledCone(const Segment& s, double scale) {
-  return {scale * s.a, scale * s.b, scale * s.radius, scale * s.taper};
-}
-Triangle scaled(const Triangle& t, double scale) { return {scale * t.a, scale * t.b, scale * t.c}; }
 
 /// Whether all of the axis lies more than `reach` beyond all of the triangle along the line between
 /// their middles, which takes no division and settles most pairs that are apart.
@@ -81,13 +75,10 @@ bool findInside(const Segment& capsule, const Triangle& t, double m, ClosestOnTr
   const double rounding = 64 * kEps * std::sqrt(nn) * m;
   const double end = height + climb;
   if (std::min({std::fabs(height), std::fabs(end), std::fabs(climb)}) <= rounding) return false;
-  // Where the radius changes faster than the height, the thicker end is nearest to the plane.
-  const double change = std::fabs(capsule.taper) * std::sqrt(nn), fall = std::fabs(climb) - change;
-  if (change > 0 && std::fabs(fall) <= rounding) return false;
-  const bool crosses = fall > 0 && (height > 0) != (end > 0);
+  const bool crosses = (height > 0) != (end > 0);
   const bool is_steep = climb * climb >= kLeastClimb * nn * squaredNorm(u);
   if (crosses && !is_steep) return false;
-  const bool is_first = fall > 0 ? (height > 0) == (climb > 0) : capsule.taper < 0;
+  const bool is_first = (height > 0) == (climb > 0);
   const double s = crosses ? height / (height - end) : is_first ? 0 : 1;
   const Vec3d p = w + s * u;
   const double x = dot(cross(p, v2), normal) / nn, y = dot(cross(v1, p), normal) / nn;
@@ -122,108 +113,6 @@ ClosestOnTriangle closestOfScaled(const Segment& capsule, const Triangle& triang
   ClosestOnTriangle closest = closestPoints(scaled(capsule, scale), scaled(triangle, scale));
   closest.apart = (1 / scale) * closest.apart;
   return closest;
-}
-
-/// The size of a cone and a triangle, by which the rounding of ConeTriangleDistance is bounded.
-double sizeOfCone(const Segment& p, const Triangle& t) { return sizeOf(p, t) + p.radius; }
-
-/// Bounds the rounding of a distance and a gap in double for a pair of this size. The vector
-/// between the points carries an error of 5 eps m, and each product with its direction another 6
-/// eps m.
-double roundingOfCone(double m) { return 64 * kEps * m; }
-
-double scaleForCone(const Segment& p, const Triangle& t, double m) {
-  return scaleForSize(m, std::max(largestOf(p, t), p.radius));
-}
-
-/// Whether the distance of a cone and a triangle is at most `reach`, or undecided.
-template <typename T>
-bool coneWithin(const Segment& cone, const Triangle& t, const T& reach, const T& rounding,
-                bool& is_apart) {
-  bool is_within = false;
-  is_apart = false;
-  ConeTriangleDistance<T>(cone, t).forCandidates([&](const CertifiedOfCone<T>& candidate) {
-    is_within = is_within || candidate.distance <= reach;
-    is_apart = is_apart || candidate.gap > reach + rounding;
-  });
-  return is_within;
-}
-
-bool coneWithin(const Segment& cone, const Triangle& triangle, double margin, double error) {
-  const double m = sizeOfCone(cone, triangle);
-  if (m == 0 || !std::isfinite(m)) return true;
-  if (!isWellScaled(m)) {
-    const double scale = scaleForCone(cone, triangle, m);
-    return coneWithin(scaledCone(cone, scale), scaled(triangle, scale), scale * margin,
-                      scale * error);
-  }
-  const double reach = margin + 4 * kEps * (cone.radius + std::fabs(margin)) + error;
-  const double rounding = roundingOfCone(m);
-  bool is_apart = false;
-  if (coneWithin<double>(cone, triangle, reach, rounding, is_apart)) return true;
-  if (is_apart) return false;
-  const bool is_within =
-      coneWithin<DoubleDouble>(cone, triangle, reach, DoubleDouble(0x1p-52 * rounding), is_apart);
-  return is_within || !is_apart;
-}
-
-/// As leastDistance().
-double leastDistanceOfCone(const Segment& cone, const Triangle& triangle) {
-  const double m = sizeOfCone(cone, triangle);
-  if (m == 0 || !std::isfinite(m)) return 0;
-  if (!isWellScaled(m)) {
-    const double scale = scaleForCone(cone, triangle, m);
-    return leastDistanceOfCone(scaledCone(cone, scale), scaled(triangle, scale)) / scale;
-  }
-  // The difference to the radius of the capsule is rounded twice.
-  const auto axisOf = [&](double gap) {
-    return std::max(gap + cone.radius - 4 * kEps * (std::fabs(gap) + cone.radius), 0.0);
-  };
-  const double rounding = roundingOfCone(m);
-  const CertifiedOfCone<double> rough =
-      ConeTriangleDistance<double>(cone, triangle).bestBy([](const auto& c) { return -c.gap; });
-  const double slack = rough.distance - rough.gap + rounding;
-  if (slack <= 0x1p-27 * (rough.distance + cone.radius)) return axisOf(rough.gap - rounding);
-  const CertifiedOfCone<DoubleDouble> fine =
-      ConeTriangleDistance<DoubleDouble>(cone, triangle).bestBy([](const auto& c) {
-        return -c.gap;
-      });
-  return axisOf(double(fine.gap - DoubleDouble(0x1p-52 * rounding)));
-}
-
-/// As closestPoints().
-ClosestOnTriangle closestOfCone(const Segment& cone, const Triangle& triangle) {
-  const double m = sizeOfCone(cone, triangle);
-  if (!isWellScaled(m)) {
-    if (std::isnan(m) || !std::isfinite(largestOf(cone, triangle))) {
-      return closestOfScaled(cone, triangle, m);
-    }
-    const double scale = scaleForCone(cone, triangle, m);
-    ClosestOnTriangle closest = closestOfCone(scaledCone(cone, scale), scaled(triangle, scale));
-    closest.apart = (1 / scale) * closest.apart;
-    return closest;
-  }
-  ClosestOnTriangle closest;
-  if (findInside(cone, triangle, m, closest)) return closest;
-  const auto toClosest = [](const auto& best, const auto& r) {
-    const double x = double(best.x), y = double(best.y);
-    return ClosestOnTriangle{double(best.s),
-                             {std::max(1 - x - y, 0.0), x, y},
-                             {-double(r.x), -double(r.y), -double(r.z)}};
-  };
-  // Closer points need more digits, or rounding would show in the direction.
-  constexpr double kNear = 0x1p-20;
-  const ConeTriangleDistance<double> rough(cone, triangle);
-  const CertifiedOfCone<double> best =
-      rough.bestBy([](const auto& c) { return c.distance - c.gap; });
-  // The direction carries the rounding of the vector divided by its length.
-  const bool is_certain =
-      (best.distance - best.gap) * best.length <= 16 * kEps * m * (m + best.length);
-  if (is_certain && best.length > kNear * m) return toClosest(best, rough.between(best));
-  const ConeTriangleDistance<DoubleDouble> fine(cone, triangle);
-  const CertifiedOfCone<DoubleDouble> finest =
-      fine.bestBy([](const auto& c) { return c.distance; });
-  return toClosest(finest, fine.between(finest));
 }
 
 void setVector(TriangleRows::Vectors& vectors, std::size_t lane, const Vec3d& vector) {
@@ -274,10 +163,6 @@ double leastDistance(const Segment& capsule, const Triangle& triangle) {
 
 void closestPoints(const Segment* capsules, const Triangle* triangles, std::size_t count,
                    ClosestOnTriangle* closest) {
-  if (std::all_of(capsules, capsules + count, [](const Segment& s) { return s.isTapered(); })) {
-    for (std::size_t i = 0; i < count; ++i) closest[i] = closestOfCone(capsules[i], triangles[i]);
-    return;
-  }
   TriangleRows rows;
   // Lanes behind several pairs repeat the last one.
   const std::size_t lanes = count == 1 ? 1 : kClosestAtOnce;

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "geometry/triangle_test.h"
 
-#include <algorithm>
-#include <iterator>
-#include <limits>
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "geometry/triangle_test.cpp"
 #include <hwy/foreach_target.h>
@@ -167,120 +163,13 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const TrianglePairs& pairs,
           (enough <= least) & is_decided};
 }
 
-/// Bounds of the distance of rounded cones and triangles, found as ConeTriangleDistance finds it.
-/// Where the points found are near the closest ones, both are tight. They hold for any points, so
-/// only their rounding counts.
-class ConesOnTriangles {
- public:
-  FCL_FIBERS_ALWAYS_INLINE ConesOnTriangles(const RelativeTriangles& relative, int i) {
-    radius_ = relative.w.get(i, w_);
-    taper_ = relative.u.get(i, u_);
-    relative.v1.get(i, v1_);
-    relative.v2.get(i, v2_);
-    uu_ = dot(u_, u_);
-    farthest_ = Float::all(std::numeric_limits<float>::infinity());
-    const Float zero = Float::all(0), one = Float::all(1);
-    least_ = zero - farthest_;
-    const Vec3Lanes v3 = v2_ - v1_, none{zero, zero, zero};
-    tryEdge(none - w_, v1_, [&](const Float& t) HWY_ATTR { return ArcRows<Float>{t, zero}; });
-    tryEdge(none - w_, v2_, [&](const Float& t) HWY_ATTR { return ArcRows<Float>{zero, t}; });
-    tryEdge(v1_ - w_, v3, [&](const Float& t) HWY_ATTR { return ArcRows<Float>{one - t, t}; });
-    tryAbove(nearestToPlane());
-  }
-
-  FCL_FIBERS_ALWAYS_INLINE VerdictLanes decide(const TrianglePairs& pairs, int i) const {
-    const auto all = [](float x) HWY_ATTR { return Float::all(x); };
-    const Float zero = all(0);
-    // With e = 2^-23, which bounds a rounding in any direction, let m = |w| + |u| + |v1| + |v2|,
-    // which is at most twice the root of the sum of the squares, and r the radius and the taper
-    // together. The vector between two points carries an error of 6 e m, including a conversion to
-    // float; its length another 4 e m, and the radius 6 e r. The unit vector is longer than 1 by at
-    // most 5 e, and its products and their sums carry another 6 e m. The bound is wider by a fifth,
-    // which covers its own rounding.
-    constexpr float kEps = 0x1p-23f;
-    const Float squares = dot(w_, w_) + uu_ + dot(v1_, v1_) + dot(v2_, v2_);
-    const Float m = all(2) * squareRoot(squares), r = radius_ + max(taper_, zero - taper_);
-    const Float rounding = all(24 * kEps) * (m + r);
-    const Float margin = Float::load(pairs.margin().data() + i);
-    const Float of_margin = all(8 * kEps) * max(margin, zero - margin);
-    const Float error = Float::load(pairs.error().data() + i) * all(1 + 8 * kEps);
-    // The radius of a box is NaN.
-    const auto is_decided = isInRange(squares) & (radius_ <= radius_);
-    return {(farthest_ + rounding <= margin - of_margin) & is_decided,
-            (margin + of_margin + error <= least_ - rounding) & is_decided};
-  }
-
- private:
-  /// @param w      from the first end of the axis to the start of the edge
-  /// @param place  tells x and y of a point of the edge
-  template <class Place>
-  FCL_FIBERS_ALWAYS_INLINE void tryEdge(const Vec3Lanes& w, const Vec3Lanes& v, Place&& place) {
-    const Float zero = Float::all(0), tiny = Float::all(0x1p-80f);
-    const Float vv = dot(v, v), uv = dot(u_, v), vw = dot(v, w);
-    const Vec3Lanes across = pointBetween(u_, v, v, zero, quotient(uv, max(vv, tiny)));
-    const Vec3Lanes apart = pointBetween(w, v, v, zero, quotient(vw, max(vv, tiny)));
-    const Float s = bestOnCone(apart, across, dot(across, across), taper_);
-    const Float t = quotientInUnitInterval(uv * s - vw, vv);
-    const auto [x, y] = place(t);
-    tryAt(bestOnCone(pointBetween(w, v, v, t, zero), u_, uu_, taper_), x, y);
-  }
-
-  /// See ConeTriangleDistance.
-  FCL_FIBERS_ALWAYS_INLINE Float nearestToPlane() const {
-    const Float zero = Float::all(0), one = Float::all(1);
-    const Vec3Lanes normal = cross(v1_, v2_);
-    const Float climb = dot(normal, u_), slope = climb * climb;
-    const Float crossing = quotientInUnitInterval(zero - dot(normal, w_) * climb, slope);
-    return choose(slope < taper_ * taper_ * dot(normal, normal), choose(zero < taper_, one, zero),
-                  crossing);
-  }
-  FCL_FIBERS_ALWAYS_INLINE void tryAbove(const Float& s) {
-    const Vec3Lanes p = pointBetween(w_, u_, u_, s, Float::all(0));
-    const Float vv1 = dot(v1_, v1_), vv2 = dot(v2_, v2_), v12 = dot(v1_, v2_);
-    const Float p1 = dot(p, v1_), p2 = dot(p, v2_), area = vv1 * vv2 - v12 * v12;
-    const Float x = quotientInUnitInterval(p1 * vv2 - p2 * v12, area);
-    const Float y = quotientInUnitInterval(p2 * vv1 - p1 * v12, area);
-    tryAt(s, x, min(y, Float::all(1) - x));
-  }
-
-  FCL_FIBERS_ALWAYS_INLINE void tryAt(const Float& s, const Float& x, const Float& y) {
-    const Float zero = Float::all(0);
-    const Vec3Lanes r = pointBetween(pointBetween(w_, u_, v1_, s, x), v2_, v2_, zero, y);
-    const Float length = squareRoot(dot(r, r));
-    // Where the axis meets the triangle, the unit vector becomes 0, which is right, too.
-    const Float scale = quotient(Float::all(1), max(length, Float::all(0x1p-60f)));
-    farthest_ = min(farthest_, length - (radius_ + s * taper_));
-    const Float along_u = scale * dot(u_, r) - taper_;
-    const Float beyond = max(max(scale * dot(v1_, r), scale * dot(v2_, r)), zero);
-    least_ = max(least_, scale * dot(w_, r) - radius_ + min(along_u, zero) - beyond);
-  }
-
-  Vec3Lanes w_, u_, v1_, v2_;
-  Float radius_, taper_, uu_;
-  Float farthest_, least_;
-};
-
-/// Decides the groups of pairs, each by decideGroup(i, relative).
-template <class DecideGroup>
-FCL_FIBERS_ALWAYS_INLINE TrianglePairs::Verdict decideGroups(const TrianglePairs& pairs,
-                                                             DecideGroup&& decideGroup) {
+TrianglePairs::Verdict decide(const TrianglePairs& pairs) {
   RelativeTriangles relative;
   const int end = pairs.filledSize();
   for (int i = 0; i < end; ++i) relative.set(i, pairs);
   TrianglePairs::Verdict verdict;
-  for (int i = 0; i < end; i += PairBlock::kGroup) add(decideGroup(i, relative), i, verdict);
+  for (int i = 0; i < end; i += PairBlock::kGroup) add(decideLanes(pairs, relative, i), i, verdict);
   return verdict;
-}
-
-TrianglePairs::Verdict decide(const TrianglePairs& pairs) {
-  return decideGroups(pairs, [&](int i, const RelativeTriangles& relative)
-                                 HWY_ATTR { return decideLanes(pairs, relative, i); });
-}
-
-TrianglePairs::Verdict decideCones(const TrianglePairs& pairs) {
-  return decideGroups(pairs, [&](int i, const RelativeTriangles& relative) HWY_ATTR {
-    return ConesOnTriangles(relative, i).decide(pairs, i);
-  });
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
@@ -292,7 +181,6 @@ HWY_AFTER_NAMESPACE();
 namespace fcl_fibers::geometry {
 
 HWY_EXPORT(decide);
-HWY_EXPORT(decideCones);
 
 TrianglePairs::TrianglePairs(const AffineMap& posing, double unit) : PairsOf(unit) {
   const Vec3d* const columns[] = {&posing.column[0], &posing.column[1], &posing.column[2],
@@ -300,21 +188,11 @@ TrianglePairs::TrianglePairs(const AffineMap& posing, double unit) : PairsOf(uni
   for (int i = 0; i < 4; ++i) posing_[i] = {{columns[i]->x, columns[i]->y, columns[i]->z, 0}};
 }
 
-TrianglePairs::TrianglePairs(const MeshPoint (&posing)[4], double unit) : PairsOf(unit) {
-  std::copy(std::begin(posing), std::end(posing), posing_);
-}
-
 TrianglePairs::Verdict TrianglePairs::decide() {
   static constexpr MeshPoint kPoint = {};
-  constexpr MeshCorners kNoTriangle = {&kPoint, &kPoint, &kPoint};
-  fill(kNoCapsule, kNoTriangle);
+  fill(kNoCapsule, {&kPoint, &kPoint, &kPoint});
   simd::readEnvironment();
-  Verdict verdict = HWY_DYNAMIC_DISPATCH(decide)(*this);
-  const auto decideCones = [](const TrianglePairs& left) {
-    return HWY_DYNAMIC_DISPATCH(decideCones)(left);
-  };
-  decideOpen(TrianglePairs(posing_, unit()), kNoCapsule, kNoTriangle, decideCones, verdict);
-  return verdict;
+  return HWY_DYNAMIC_DISPATCH(decide)(*this);
 }
 
 }  // namespace fcl_fibers::geometry

@@ -22,8 +22,6 @@ class TrianglePairs : public PairsOf<const CapsuleEnd*, MeshCorners> {
   const MeshPoint (&posing() const)[4] { return posing_; }
 
  private:
-  TrianglePairs(const MeshPoint (&posing)[4], double unit);
-
   MeshPoint posing_[4];
 };
 

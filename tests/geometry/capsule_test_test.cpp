@@ -252,7 +252,7 @@ Question anyCones(Random& random) {
   return question;
 }
 
-// Every answer would be left to conesWithin(), which takes a hundred times as long.
+// Every answer would be left to coneWithin(), which takes a hundred times as long.
 TEST(CapsulePairs, FewTaperedHairsAreLeftUndecided) {
   Random random(28);
   std::size_t decided = 0, asked = 0;

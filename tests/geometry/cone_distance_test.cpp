@@ -7,7 +7,6 @@
 #include <limits>
 #include <ostream>
 
-#include "geometry/segment_distance.h"
 #include "geometry/touch.h"
 #include "support/cone_oracle.h"
 #include "support/random.h"
@@ -88,10 +87,10 @@ TEST(ConeDistance, TouchIsDecidedAsByTheDefinition) {
     // touch() allows four roundings of the radii; the oracle and the radii at the ends have less.
     const double doubt = 16 * kEps * (sizeOf(p, q) + std::fabs(distance));
     for (const Segment& second : {q, Segment{q.b, q.a, q.radius, -q.taper}}) {
-      EXPECT_TRUE(conesWithin(p, second, distance + doubt, 0)) << p << " " << second;
-      EXPECT_FALSE(conesWithin(p, second, distance - doubt, 0)) << p << " " << second;
-      EXPECT_TRUE(conesWithin(second, p, distance + doubt, 0)) << p << " " << second;
-      EXPECT_FALSE(conesWithin(second, p, distance - doubt, 0)) << p << " " << second;
+      EXPECT_TRUE(coneWithin(p, second, distance + doubt, 0)) << p << " " << second;
+      EXPECT_FALSE(coneWithin(p, second, distance - doubt, 0)) << p << " " << second;
+      EXPECT_TRUE(coneWithin(second, p, distance + doubt, 0)) << p << " " << second;
+      EXPECT_FALSE(coneWithin(second, p, distance - doubt, 0)) << p << " " << second;
     }
   }
 }
@@ -121,8 +120,8 @@ TEST(ConeDistance, ScalesThatOverflowAndVanishAreNoDifferent) {
       const auto scaled = [scale](const Segment& s) {
         return Segment{scale * s.a, scale * s.b, scale * s.radius, scale * s.taper};
       };
-      EXPECT_TRUE(conesWithin(scaled(p), scaled(q), scale * (distance + doubt), 0)) << scale;
-      EXPECT_FALSE(conesWithin(scaled(p), scaled(q), scale * (distance - doubt), 0)) << scale;
+      EXPECT_TRUE(coneWithin(scaled(p), scaled(q), scale * (distance + doubt), 0)) << scale;
+      EXPECT_FALSE(coneWithin(scaled(p), scaled(q), scale * (distance - doubt), 0)) << scale;
       const ClosestPoints closest = closestPoints(scaled(p), scaled(q));
       const double found =
           safeNorm(closest.apart) - scaled(p).radiusAt(closest.s) - scaled(q).radiusAt(closest.t);

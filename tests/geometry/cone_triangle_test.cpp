@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/cone_triangle_distance.h"
+#include "geometry/cone_distance.h"
 
 #include <gtest/gtest.h>
 
@@ -155,7 +155,9 @@ TEST(ConeTriangleDistance, ClosestPointsHaveTheDistanceAndTheWayOut) {
     const auto beyond = [&n, end = cone.a](const Vec3d& corner) { return dot(n, corner - end); };
     const double gap = std::min({beyond(t.a), beyond(t.b), beyond(t.c)}) -
                        std::max(cone.radiusAtA(), dot(n, cone.b - cone.a) + cone.radiusAtB());
-    ASSERT_NEAR(gap, distance, 1e-8 * pair.size()) << described(pair);
+    // What closestOfCone() promises.
+    ASSERT_NEAR(gap, distance, 64 * kEps * pair.size() * (1 + pair.size() / length))
+        << described(pair);
   }
   EXPECT_GT(ways, 3000);
 }
@@ -251,7 +253,11 @@ TEST(ConeTriangleContact, SeparatesConeAndTriangle) {
     // A needle has a normal of the precision of its width.
     const double width = norm(cross(t.b - t.a, t.c - t.a));
     if (contact.crosses && width < 1e-6) continue;
-    ASSERT_GE(static_cast<double>(test::coneDistance(moved, t)), -1e-9 * size) << described(pair);
+    // What closestOfCone() promises of the normal, by which the motion is off.
+    const double length = contact.distance + radius;
+    const double off = contact.crosses ? 0 : 64 * kEps * size * (1 + size / length);
+    ASSERT_GE(static_cast<double>(test::coneDistance(moved, t)), -1e-9 * size - off)
+        << described(pair);
   }
   EXPECT_GT(crossing, 200);
   EXPECT_GT(other, 1000);
