@@ -142,7 +142,6 @@ template <typename S>
 std::vector<fibers::Joint> ManagerState<S>::jointsOf(
     const char* call, const Objects& fiber, const std::vector<FiberJoint<Object>>& joints) const {
   const fibers::FiberTable& table = registry_.fibers();
-  const auto position = static_cast<std::uint32_t>(table.fiberCount());
   std::vector<fibers::Joint> result;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const FiberJoint<Object>& joint = joints[i];
@@ -153,14 +152,14 @@ std::vector<fibers::Joint> ManagerState<S>::jointsOf(
       refuse(" is at point " + std::to_string(joint.point) + "; give one from 0 to " +
              std::to_string(fiber.size()) + ", the number of segments");
     }
-    const fibers::FiberPoint own{position, static_cast<SegmentId>(joint.point)};
+    const fibers::FiberPoint own{table.nextNumber(), static_cast<SegmentId>(joint.point)};
     const SegmentId id = registry_.find(joint.segment);
     const auto place = std::find(fiber.begin(), fiber.end(), joint.segment) - fiber.begin();
     if (id != Registry::kNotFound && table.hasNeighborsOf(id)) {
       result.emplace_back(own, table.pointOf(id, joint.at_end));
     } else if (id == Registry::kNotFound && place < std::ptrdiff_t(fiber.size())) {
       const SegmentId number = static_cast<SegmentId>(place) + (joint.at_end ? 1 : 0);
-      result.emplace_back(own, fibers::FiberPoint{position, number});
+      result.emplace_back(own, fibers::FiberPoint{own.fiber, number});
     } else {
       refuse(
           " names an object that is no segment of a fiber; register that fiber before by "

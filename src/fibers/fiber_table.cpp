@@ -79,75 +79,51 @@ bool FiberTable::areNeighborsInFiber(SegmentId first, SegmentId last) const {
   return fibers::areNeighbors(rule_, range, arc_end_.data(), first, last);
 }
 
-// Numbers of fibers tell after a drop which fibers were joined, and need no memory.
-void FiberTable::nameJointsByNumber() {
-  for (auto& [p, q] : joints_) {
-    p.fiber = numbers_[p.fiber];
-    q.fiber = numbers_[q.fiber];
-  }
-  joined_.reset();
-}
-
-/// After nameJointsByNumber(), which has a fiber named by its position again.
 void FiberTable::forgetLostJoints() {
-  const auto isLost = [this](FiberPoint& point) {
-    const auto place = std::lower_bound(numbers_.begin(), numbers_.end(), point.fiber);
-    const bool is_lost = place == numbers_.end() || *place != point.fiber;
-    point.fiber = static_cast<std::uint32_t>(place - numbers_.begin());
-    return is_lost;
-  };
+  const auto isLost = [this](const FiberPoint& p) { return positionOf(p.fiber) == begin_.size(); };
   joints_.erase(std::remove_if(joints_.begin(), joints_.end(),
                                [&](Joint& j) { return isLost(j.first) || isLost(j.second); }),
                 joints_.end());
+  joined_.reset();
 }
 
 void FiberTable::settleJoints(const std::function<bool(SegmentId, SegmentId)>& is_there) const {
   if (!hasUnsettledJoints()) return;
-  const auto isLeft = [&](const FiberPoint& point) {
-    return is_there(begin_[point.fiber], fiberEnd(point.fiber));
-  };
   using Place = JointGraph::Place;
+  const auto placeAt = [this](std::size_t fiber, SegmentId number) -> Place {
+    const bool has_arc = hasArcLengths() && number > 0;
+    const auto last = static_cast<std::size_t>(begin_[fiber] + number - 1);
+    return {fiber, {static_cast<double>(number), has_arc ? arc_end_[last] : 0}};
+  };
   std::vector<Place> ends;
   for (const auto& [p, q] : joints_) {
-    if (!isLeft(p) || !isLeft(q)) continue;
-    ends.push_back(placeAt(p));
-    ends.push_back(placeAt(q));
-  }
-  // Paths also lead around a closed fiber.
-  const std::size_t joined_ends = ends.size();
-  for (std::size_t i = 0; has_closed_ && i < joined_ends; ++i) {
-    const std::uint32_t fiber = ends[i].point.fiber;
-    if ((flags_[fiber] & kIsClosed) == 0) continue;
-    ends.push_back(placeAt({fiber, 0}));
-    ends.push_back(placeAt({fiber, segmentsEnd(fiber) - begin_[fiber]}));
+    const std::size_t fibers[] = {positionOf(p.fiber), positionOf(q.fiber)};
+    const auto isLeft = [&](std::size_t f) { return is_there(begin_[f], fiberEnd(f)); };
+    if (!std::all_of(fibers, fibers + 2, isLeft)) continue;
+    ends.push_back(placeAt(fibers[0], p.number));
+    ends.push_back(placeAt(fibers[1], q.number));
+    for (const std::size_t f : fibers) {
+      // Paths also lead around a closed fiber.
+      if (!has_closed_ || (flags_[f] & kIsClosed) == 0) continue;
+      ends.push_back(placeAt(f, 0));
+      ends.push_back(placeAt(f, segmentsEnd(f) - begin_[f]));
+    }
   }
   auto joined = std::make_shared<JointGraph>(rule_, ends, end_);
   const std::vector<Place>& places = joined->places();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto [fiber, number] = places[i].point;
-    const auto placeBeside = [&, f = fiber](std::size_t k) {
-      return k < places.size() && places[k].point.fiber == f ? &places[k] : nullptr;
+  for (std::size_t next = 0; next < places.size();) {
+    const std::size_t f = places[next].fiber;
+    const auto isNextAt = [&](const Place& p) {
+      return next < places.size() && places[next].fiber == f && places[next].way[0] <= p.way[0];
     };
-    const Place *const here = &places[i], *const before = placeBeside(i - 1),
-                       *const after = placeBeside(i + 1);
-    // Beyond the next place of the fiber that one is nearer.
-    const SegmentId begin = begin_[fiber];
-    const SegmentId first = before != nullptr ? before->point.number : 0;
-    const SegmentId last = after != nullptr ? after->point.number : segmentsEnd(fiber) - begin;
-    const auto areNear = [&](const Place& p, const Place& q) {
-      return q.point.number - p.point.number < rule_.reach ||
-             (rule_.arc_length > 0 && q.arc - p.arc <= rule_.arc_length);
-    };
-    for (SegmentId n = number; n < last; ++n) {
-      const Place from = placeAt({fiber, n});
-      if (!areNear(*here, from)) break;
-      joined->addNear(begin + n, from, placeAt({fiber, n + 1}), here, after);
+    Place from = placeAt(f, 0);
+    for (SegmentId id = begin_[f]; id < segmentsEnd(f); ++id) {
+      const Place to = placeAt(f, id + 1 - begin_[f]);
+      if (isNextAt(from)) ++next;
+      joined->add(id, from, to, next);
+      from = to;
     }
-    for (SegmentId n = number; n > first; --n) {
-      const Place to = placeAt({fiber, n});
-      if (!areNear(to, *here)) break;
-      joined->addNear(begin + n - 1, placeAt({fiber, n - 1}), to, before, here);
-    }
+    if (isNextAt(from)) ++next;
   }
   joined_ = std::move(joined);
 }

@@ -127,8 +127,11 @@ class FiberTable {
   /// Where a segment begins or ends.
   FiberPoint pointOf(SegmentId id, bool at_end) const {
     const std::size_t fiber = fiberOf(id);
-    return {static_cast<std::uint32_t>(fiber), id - begin_[fiber] + (at_end ? 1 : 0)};
+    const std::size_t number = numbers_.empty() ? fiber : numbers_[fiber];
+    return {static_cast<std::uint32_t>(number), id - begin_[fiber] + (at_end ? 1 : 0)};
   }
+  /// The number that the next fiber will have.
+  std::uint32_t nextNumber() const { return next_number_; }
   bool hasGaps() const { return !gaps_.empty(); }
   SegmentId idCount() const { return end_; }
   std::size_t fiberCount() const { return begin_.size(); }
@@ -264,12 +267,14 @@ class FiberTable {
     return is_obstacle || (rule_.ignoresAny() && is_closed) || !flags_.empty();
   }
   FCL_FIBERS_TREE_EXPORT bool areNeighborsInFiber(SegmentId first, SegmentId last) const;
-  FCL_FIBERS_TREE_EXPORT void nameJointsByNumber();
   FCL_FIBERS_TREE_EXPORT void forgetLostJoints();
-  JointGraph::Place placeAt(const FiberPoint& point) const {
-    return {point, hasArcLengths() && point.number > 0
-                       ? arc_end_[static_cast<std::size_t>(begin_[point.fiber] + point.number - 1)]
-                       : 0};
+  /// The position of the fiber with this number, or fiberCount() if it was dropped.
+  std::size_t positionOf(std::uint32_t number) const {
+    if (numbers_.empty()) return std::min<std::size_t>(number, begin_.size());
+    const auto place = std::lower_bound(numbers_.begin(), numbers_.end(), number);
+    return place != numbers_.end() && *place == number
+               ? static_cast<std::size_t>(place - numbers_.begin())
+               : numbers_.size();
   }
 
   std::size_t fiberOf(SegmentId id) const {
@@ -345,7 +350,6 @@ void FiberTable::drop(Keep&& keep, Move&& move) {
     numbers_.resize(begin_.size());
     for (std::size_t f = 0; f < begin_.size(); ++f) numbers_[f] = static_cast<std::uint32_t>(f);
   }
-  nameJointsByNumber();
   std::size_t kept = 0;
   SegmentId next = 0;
   for (std::size_t f = 0; f < begin_.size(); ++f) {
