@@ -45,8 +45,8 @@ struct FiberPolylines {
   /// is closed.
   std::vector<std::uint8_t> closed;
 
-  /// One number per fiber: the point of another fiber that its first point repeats, or -1 for none;
-  /// see FiberArrays::starts_at. If this is empty, no fiber starts at another one.
+  /// One number per fiber: the point of a fiber that its first point repeats, or -1 for none; see
+  /// FiberArrays::starts_at. If this is empty, no fiber starts at another one.
   std::vector<std::int32_t> starts_at;
 
   /// One number per fiber: the point of a fiber that its last point repeats, or -1 for none. If

@@ -63,14 +63,12 @@ struct FiberArrays {
   /// last point of a closed fiber repeats its first, so its last capsule is a neighbour of its
   /// first.
   const std::uint8_t* closed = nullptr;
-  /// fiber_count numbers: the point of another fiber that the first point of each fiber repeats, or
-  /// -1 for none. So fibers form trees, such as neurons and vessels. Null if no fiber starts at
-  /// another one. Segments that meet there are adjacent, and neighbours count along the tree. Both
-  /// points have equal coordinates. Fibers that start at each other in a circle are refused.
+  /// fiber_count numbers: the point of a fiber, mostly of another one, that the first point of each
+  /// fiber repeats, or -1 for none. So fibers form trees, such as neurons and vessels. Null if no
+  /// fiber starts at another one. Segments that meet there are adjacent, and neighbours count along
+  /// the tree, in loops by the shortest way. Both points have equal coordinates.
   const std::int32_t* starts_at = nullptr;
-  /// fiber_count numbers: the point of a fiber, which may be the same one, that the last point of
-  /// each fiber repeats, or -1 for none. So vessels form loops, along which neighbours count by the
-  /// shortest way. Null if no fiber ends at another one.
+  /// The same for the last point of each fiber. So vessels form loops.
   const std::int32_t* ends_at = nullptr;
   /// fiber_count group numbers, 0 for a fiber without a group. Null if no fiber has one. See
   /// FiberGroup.

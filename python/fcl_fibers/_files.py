@@ -33,8 +33,8 @@ class Fibers(_Arrays):
     Not among these four are the following, each None if the file has none. write(path, fibers)
     keeps them, and show(fibers) knows the branches.
 
-    starts_at  (fibers,) int32: the point of another fiber that the first point of each repeats, or
-               -1, as in FiberTree.build()
+    starts_at  (fibers,) int32: the point of a fiber that the first point of each repeats, or -1, as
+               in FiberTree.build()
     ends_at    (fibers,) int32: the point of a fiber that the last point of each repeats, or -1
     samples    (n,) int64: the sample of an .swc file that each point is. A segment goes to a sample
                from its parent, so samples[contacts["a"] + 1] tell the first segments of contacts
@@ -193,13 +193,15 @@ def branches_of(
         array = _arrays.whole(name, given, np.int32)
         if len(array) != len(own):
             raise ValueError(f"{name} are {len(array)} for {len(own)} fibers; give one for each")
-        wrong = (array < -1) | (array >= len(points)) | ((array >= 0) & (begin[1:] == begin[:-1]))
+        wrong = (array < -1) | (array >= len(points)) | (array == own)
+        wrong |= (array >= 0) & (begin[1:] == begin[:-1])
         joined = np.flatnonzero(~wrong & (array >= 0))
         wrong[joined] = (points[array[joined]] != points[own[joined]]).any(axis=1)
         if wrong.any():
             f = np.flatnonzero(wrong)[0]
             raise ValueError(
-                f"{name} of fiber {f} is {array[f]}; give a point at the same place, or -1 for none"
+                f"{name} of fiber {f} is {array[f]}; give another point at the same place, or -1"
+                " for none"
             )
         return array
 

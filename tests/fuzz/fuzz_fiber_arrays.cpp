@@ -141,7 +141,6 @@ class AnyArrays {
   bool maySoundlyHave(const std::vector<std::int32_t>& joints) const {
     const std::size_t fibers = view_.fiber_count;
     const std::vector<std::size_t> runs = this->runs();
-    std::vector<std::size_t> parent(fibers, fibers);
     for (std::size_t i = 0; i < joints.size(); ++i) {
       const std::size_t f = i % fibers, begin = runs[2 * f], end = runs[2 * f + 1];
       if (joints[i] == -1) continue;
@@ -149,16 +148,8 @@ class AnyArrays {
       std::size_t g = 0;
       while (g < fibers && (point < runs[2 * g] || point >= runs[2 * g + 1])) ++g;
       const std::size_t own = i < fibers ? begin : end - 1;
-      if (joints[i] < 0 || g == fibers || begin == end || point == own || (i < fibers && g == f) ||
-          !areEqual(point, own)) {
+      if (joints[i] < 0 || g == fibers || begin == end || point == own || !areEqual(point, own)) {
         return false;
-      }
-      if (i < fibers) parent[f] = g;
-    }
-    for (std::size_t f = 0; f < fibers; ++f) {
-      std::size_t steps = 0;
-      for (std::size_t g = f; g < fibers; g = parent[g]) {
-        if (++steps > fibers) return false;
       }
     }
     return true;

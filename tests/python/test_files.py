@@ -129,6 +129,7 @@ def test_branches_and_samples(tmp_path):
         ("starts_at", [-1, 1], "starts_at are 2 for 3 fibers"),
         ("starts_at", [-1, 1, 6], "starts_at of fiber 2 is 6"),
         ("starts_at", [-2, 1, 1], "starts_at of fiber 0 is -2"),
+        ("starts_at", [0, 1, 1], "starts_at of fiber 0 is 0"),
         ("ends_at", [-1, 0, -1], "ends_at of fiber 1 is 0"),
         ("samples", [1], "samples are 1 for 6 points"),
     ):
