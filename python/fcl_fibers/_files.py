@@ -193,8 +193,8 @@ def branches_of(
         array = _arrays.whole(name, given, np.int32)
         if len(array) != len(own):
             raise ValueError(f"{name} are {len(array)} for {len(own)} fibers; give one for each")
-        wrong = (array < -1) | (array >= len(points)) | (array == own)
-        wrong |= (array >= 0) & (begin[1:] == begin[:-1])
+        wrong = (array == own) | (begin[1:] == begin[:-1])
+        wrong = (array < -1) | (array >= len(points)) | (wrong & (array >= 0))
         joined = np.flatnonzero(~wrong & (array >= 0))
         wrong[joined] = (points[array[joined]] != points[own[joined]]).any(axis=1)
         if wrong.any():

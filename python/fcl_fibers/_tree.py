@@ -242,8 +242,8 @@ class FiberTree:
         categories     (fibers,) 32 bits each: see TriangleMesh.categories
         radius         a number in the place of radii
         starts_at      (fibers,) whole numbers: the point of a fiber, mostly of another one, that
-                       the first point of each fiber repeats, or -1 for none. So fibers form trees,
-                       and neighbours count along them: all segments that share a point are adjacent
+                       the first point of each repeats, or -1 for none. So fibers form trees, and
+                       neighbours count along them: segments that share a point are adjacent.
         ends_at        (fibers,) whole numbers: the same of the last point; so vessels form loops
         """
         if isinstance(points, Fibers):

@@ -84,8 +84,8 @@ class VtpParser {
           "There are: ",
           listed(other_radii_), ".");
     }
-    fill(scene.samples, !scene.samples.empty());
-    fill(scene.types, !scene.types.empty());
+    scene.samples = byPoint(std::move(samples_));
+    scene.types = byPoint(std::move(types_));
     findBranches();
     return std::move(parsed_);
   }
@@ -124,20 +124,25 @@ class VtpParser {
     addNames(piece, radius, false, parsed_.passed_over);
     if (!radius) addNames(piece, radius, true, other_radii_);
     const auto radii = readData<double>(piece, radius, points.size(), line_count);
-    const auto indices = [&](const char* data, const char* name) {
-      return readData<std::int64_t>(piece, named(piece, data, name), points.size(), line_count);
+    // Pieces before may have none.
+    const auto add = [&](const char* data, const char* name, std::size_t before,
+                         std::vector<std::int64_t>& all) {
+      const auto numbers =
+          readData<std::int64_t>(piece, named(piece, data, name), points.size(), line_count);
+      if (!numbers.empty()) all.resize(before, kNone);
+      all.insert(all.end(), numbers.begin(), numbers.end());
     };
-    const auto samples = indices("PointData", vtp::kSample);
-    const auto types = indices("PointData", vtp::kType);
+    add("PointData", vtp::kSample, id_count_, samples_);
+    add("PointData", vtp::kType, id_count_, types_);
     const auto addNamedPoints = [&](const char* name, std::vector<std::int64_t>& all) {
-      const std::vector<std::int64_t> of_lines = indices("CellData", name);
-      if (of_lines.empty()) return;
-      all.resize(lines_read_, kNone);
-      for (const std::int64_t i : of_lines) {
-        if (i < kNone || i >= static_cast<std::int64_t>(points.size())) {
-          file_.refuse(named(piece, "CellData", name), "there is point ", i, " of ", points.size());
+      add("CellData", name, lines_read_, all);
+      for (std::size_t i = lines_read_; i < all.size(); ++i) {
+        if (all[i] == kNone) continue;
+        if (all[i] < 0 || static_cast<std::uint64_t>(all[i]) >= points.size()) {
+          file_.refuse(named(piece, "CellData", name), "there is point ", all[i], " of ",
+                       points.size());
         }
-        all.push_back(i == kNone ? kNone : id_count_ + i);
+        all[i] += static_cast<std::int64_t>(id_count_);
       }
     };
     addNamedPoints(vtp::kStartsAt, starts_at_);
@@ -147,9 +152,6 @@ class VtpParser {
     FiberPolylines& scene = parsed_.fibers;
     ids_.reserve(scene.points.capacity());
     if (radius) radii_.reserve(scene.points.capacity());
-    // Other pieces may have none.
-    fill(scene.samples, !samples.empty());
-    fill(scene.types, !types.empty());
     const std::vector<std::size_t>& ends = ends_[pieces_read_++];
     const std::size_t expected = ends.back();
     const pugi::xml_node lines = file_.child(piece, "Lines");
@@ -170,9 +172,7 @@ class VtpParser {
         }
       }
       scene.points.push_back(points[i]);
-      ids_.push_back(static_cast<std::int32_t>(id_count_ + index));
-      if (!samples.empty()) scene.samples.push_back(samples[i]);
-      if (!types.empty()) scene.types.push_back(types[i]);
+      ids_.push_back(id_count_ + i);
       if (!radius) return;
       const double r = radii[isOfCells(radius) ? line : i];
       if (!(r >= 0) || !std::isfinite(r)) file_.refuse(radius, "a radius is ", r);
@@ -182,14 +182,17 @@ class VtpParser {
       file_.refuse(file_.namedArray(lines, "offsets"), "the last number is ", expected,
                    ", but the lines have ", read, " points");
     }
-    id_count_ += static_cast<std::int64_t>(points.size());
+    id_count_ += points.size();
   }
 
-  /// Gives points whose pieces have no number none.
-  void fill(std::vector<std::int64_t>& numbers, bool has_any) const {
-    if (!has_any) return;
-    numbers.reserve(parsed_.fibers.points.capacity());
-    numbers.resize(parsed_.fibers.points.size(), kNone);
+  /// Returns the numbers of points of the file by point of the scene; empty if there are none.
+  std::vector<std::int64_t> byPoint(std::vector<std::int64_t> of_file) const {
+    std::vector<std::int64_t> numbers;
+    if (of_file.empty()) return numbers;
+    of_file.resize(id_count_, kNone);
+    numbers.reserve(ids_.size());
+    for (const std::size_t id : ids_) numbers.push_back(of_file[id]);
+    return numbers;
   }
 
   /// A fiber starts or ends at another one where its arrays name a point of that, or where its line
@@ -200,14 +203,8 @@ class VtpParser {
     const bool are_named = !starts_at_.empty() || !ends_at_.empty();
     const bool share =
         std::adjacent_find(ids_.begin(), ids_.end(), std::greater_equal<>()) != ids_.end();
-    if ((!share && !are_named) || id_count_ > std::numeric_limits<std::int32_t>::max()) return;
-    std::vector<std::int32_t> owners(static_cast<std::size_t>(id_count_), kNone);
-    const auto ownerOf = [&](std::int64_t id) -> std::int32_t& {
-      return owners[static_cast<std::size_t>(id)];
-    };
-    const auto own = [&](std::size_t i) {
-      if (ownerOf(ids_[i]) < 0) ownerOf(ids_[i]) = static_cast<std::int32_t>(i);
-    };
+    constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
+    if ((!share && !are_named) || ids_.size() > kMost) return;
     const auto forFibers = [&](auto&& visit) {
       for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
         const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
@@ -217,57 +214,36 @@ class VtpParser {
         visit(f, begin, end - 1, closes);
       }
     };
+    std::vector<std::int32_t> owners(id_count_, kNone);
+    const auto own = [&](std::size_t i) {
+      std::int32_t& owner = owners[ids_[i]];
+      if (owner == kNone) owner = static_cast<std::int32_t>(i);
+    };
     forFibers([&](std::size_t, std::size_t first, std::size_t last, bool closes) {
       for (std::size_t i = first + (closes ? 0 : 1); i < last; ++i) own(i);
     });
     forFibers([&](std::size_t, std::size_t, std::size_t last, bool) { own(last); });
     forFibers([&](std::size_t, std::size_t first, std::size_t, bool) { own(first); });
 
-    if (!are_named) breakCircles(owners);
-    scene.starts_at.assign(scene.fiberCount(), kNone);
-    scene.ends_at = scene.starts_at;
-    bool start = false, end = false;
-    starts_at_.resize(are_named ? scene.fiberCount() : 0, kNone);
-    ends_at_.resize(are_named ? scene.fiberCount() : 0, kNone);
-    forFibers([&](std::size_t f, std::size_t first, std::size_t last, bool closes) {
-      const auto find = [&](std::int64_t id, std::size_t own, std::int32_t& found) {
-        const std::int32_t owner = id == kNone || closes ? kNone : ownerOf(id);
-        const auto at = static_cast<std::size_t>(owner);
-        if (owner < 0 || at == own || (own == first && at > first && at <= last)) return false;
-        if (scene.points[at] != scene.points[own]) {
-          file_.refuse(file_.root(), "fiber ", f, own == first ? " starts" : " ends",
+    const auto find = [&](std::vector<std::int64_t>& named, bool are_starts) {
+      std::vector<std::int32_t> found(scene.fiberCount(), kNone);
+      named.resize(found.size(), kNone);
+      forFibers([&](std::size_t f, std::size_t first, std::size_t last, bool closes) {
+        const std::size_t i = are_starts ? first : last;
+        if (closes || (are_named && named[f] == kNone)) return;
+        const std::int32_t at = owners[are_named ? static_cast<std::size_t>(named[f]) : ids_[i]];
+        if (at == kNone || at == static_cast<std::int32_t>(i)) return;
+        if (scene.points[static_cast<std::size_t>(at)] != scene.points[i]) {
+          file_.refuse(file_.root(), "fiber ", f, are_starts ? " starts" : " ends",
                        " at another place than the point that its line names");
         }
-        found = owner;
-        return true;
-      };
-      start |= find(are_named ? starts_at_[f] : ids_[first], first, scene.starts_at[f]);
-      end |= find(are_named ? ends_at_[f] : ids_[last], last, scene.ends_at[f]);
-    });
-    if (!start) scene.starts_at = {};
-    if (!end) scene.ends_at = {};
-  }
-
-  /// Of fibers that start at each other in a circle, one starts at none, and has its first point.
-  /// @param owners  by index of a point, as in findBranches()
-  void breakCircles(std::vector<std::int32_t>& owners) const {
-    const FiberPolylines& scene = parsed_.fibers;
-    // By fiber: one more than the fiber from which the way to its start was first gone.
-    std::vector<std::size_t> seen_from(scene.fiberCount(), 0);
-    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-      for (std::size_t on = f; seen_from[on] == 0;) {
-        seen_from[on] = f + 1;
-        const std::size_t first = scene.point_begin[on];
-        if (first == scene.point_begin[on + 1]) break;
-        std::int32_t& owner = owners[static_cast<std::size_t>(ids_[first])];
-        const auto point = static_cast<std::size_t>(owner);
-        if (point == first) break;
-        const auto next =
-            std::upper_bound(scene.point_begin.begin(), scene.point_begin.end(), point);
-        on = static_cast<std::size_t>(next - scene.point_begin.begin()) - 1;
-        if (seen_from[on] == f + 1) owner = static_cast<std::int32_t>(first);
-      }
-    }
+        found[f] = at;
+      });
+      if (std::count(found.begin(), found.end(), kNone) == std::ptrdiff_t(found.size())) found = {};
+      return found;
+    };
+    scene.starts_at = find(starts_at_, true);
+    scene.ends_at = find(ends_at_, false);
   }
 
   pugi::xml_node pointArray(const pugi::xml_node& piece) const {
@@ -349,10 +325,11 @@ class VtpParser {
   std::vector<double> radii_;                     ///< by point of the scene, if a piece has them
   std::vector<std::vector<std::size_t>> ends_;    ///< of lines, by piece that has any
   std::size_t pieces_read_ = 0, lines_read_ = 0;  ///< of those
-  std::vector<std::int32_t>
-      ids_;                    ///< by point of the scene: its index among all points of the file
-  std::int64_t id_count_ = 0;  ///< of pieces that were read
-  std::vector<std::int64_t> starts_at_, ends_at_;  ///< by line, such an index or kNone, if told
+  std::vector<std::size_t> ids_;  ///< by point of the scene: its index among all points of the file
+  std::size_t id_count_ = 0;      ///< of pieces that were read
+  std::vector<std::int64_t> samples_,
+      types_;  ///< by such an index, and kNone for none; may be short
+  std::vector<std::int64_t> starts_at_, ends_at_;  ///< by line: such an index or kNone; as above
   std::vector<std::string> other_radii_;           ///< names of arrays that could be radii
 };
 

@@ -276,13 +276,13 @@ TEST(VtpTest, LinesThatShareAPointBranch) {
   EXPECT_THAT(closed.closed, ElementsAre(1, 0));
   EXPECT_THAT(closed.starts_at, ElementsAre(-1, 0));
   EXPECT_THAT(closed.ends_at, IsEmpty());
-  // Lines that start at each other in a circle are one loop: no tree could hold them otherwise.
+  // Lines may start at each other in a circle.
   const FiberPolylines loop = read(linesOf("0 1 2 2 3 0 0 4", "3 6 8", 3));
-  EXPECT_THAT(loop.starts_at, ElementsAre(5, -1, 5));
-  EXPECT_THAT(loop.ends_at, ElementsAre(3, -1, -1));
-  // A line that starts and ends inside of itself starts at none.
+  EXPECT_THAT(loop.starts_at, ElementsAre(5, 2, 5));
+  EXPECT_THAT(loop.ends_at, IsEmpty());
+  // A line may start and end inside of itself.
   const FiberPolylines lasso = read(linesOf("0 1 0 2 3 2", "6", 1));
-  EXPECT_THAT(lasso.starts_at, IsEmpty());
+  EXPECT_THAT(lasso.starts_at, ElementsAre(2));
   EXPECT_THAT(lasso.ends_at, ElementsAre(3));
   // Lines that cross share no end, and points of two pieces are never one.
   EXPECT_THAT(read(linesOf("0 1 2 3 1 4", "3 6", 2)).starts_at, IsEmpty());
