@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <fcl/narrowphase/collision_object.h>
@@ -55,20 +56,12 @@ struct FiberObjects {
   std::vector<FiberJoint<Object>> joints;
 };
 
-/// A point of a fiber of a scene that is one with the begin or end of a segment of that fiber or of
-/// one before it.
-struct SceneJoint {
-  std::size_t fiber;     ///< the one that is joined
-  std::size_t point;     ///< the point's number along it
-  std::size_t of_fiber;  ///< the fiber that has the point, too
-  std::size_t segment;   ///< a segment's number along that one
-  bool at_end;           ///< whether the point is the segment's end, or its begin
-};
-
-/// Where fibers of a scene meet, in their order. Fibers without segments lead from one to the next.
-/// Throws std::invalid_argument if starts_at or ends_at has another size than there are fibers, or
-/// tells a point that is not there.
-FCL_FIBERS_EXPORT std::vector<SceneJoint> sceneJoints(const FiberPolylines& scene);
+/// Pairs of points of a scene that are one by starts_at or ends_at, the later one first, in order.
+/// Fibers without segments are left out, and lead from one to the next. Throws
+/// std::invalid_argument if starts_at or ends_at has another size than there are fibers, or tells a
+/// point that is not there.
+FCL_FIBERS_EXPORT std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(
+    const FiberPolylines& scene);
 
 /// Sorts by fiber what makeObjects() made, or pointers to as many objects in the same order:
 ///
@@ -79,7 +72,7 @@ FCL_FIBERS_EXPORT std::vector<SceneJoint> sceneJoints(const FiberPolylines& scen
 ///
 /// A fiber of one point or none has no object, and a manager, which then registers nothing, does
 /// not count it. Throws std::invalid_argument if there are not as many objects as segments, and as
-/// sceneJoints() does.
+/// joinedPoints() does.
 template <typename Pointer>
 auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& objects) {
   using Object = std::remove_reference_t<decltype(*objects.front())>;
@@ -88,17 +81,24 @@ auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& obj
                                 " objects and " + std::to_string(scene.segmentCount()) +
                                 " segments; pass the objects of the scene");
   }
+  const auto joined = joinedPoints(scene);
+  auto joint = joined.begin();
+  std::vector<Object*> from(joined.empty() ? 0 : scene.points.size());  // by point
   std::vector<FiberObjects<Object>> fibers(scene.fiberCount());
   auto next = objects.begin();
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const std::size_t segments = scene.segmentCount(f);
+    const std::size_t begin = scene.point_begin[f], segments = scene.segmentCount(f);
     fibers[f].ends = scene.isClosed(f) ? FiberEnds::kClosed : FiberEnds::kOpen;
     fibers[f].objects.reserve(segments);
-    for (std::size_t i = 0; i < segments; ++i) fibers[f].objects.push_back(&**next++);
-  }
-  for (const SceneJoint& joint : sceneJoints(scene)) {
-    fibers[joint.fiber].joints.push_back(
-        {joint.point, fibers[joint.of_fiber].objects[joint.segment], joint.at_end});
+    for (std::size_t i = 0; i < segments; ++i) {
+      fibers[f].objects.push_back(&**next++);
+      if (!joined.empty()) from[begin + i] = fibers[f].objects.back();
+    }
+    for (; joint != joined.end() && joint->first < scene.point_begin[f + 1]; ++joint) {
+      const auto [point, at] = *joint;
+      const bool at_end = from[at] == nullptr;
+      fibers[f].joints.push_back({point - begin, from[at_end ? at - 1 : at], at_end});
+    }
   }
   return fibers;
 }

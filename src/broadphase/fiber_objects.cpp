@@ -7,6 +7,8 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fcl/geometry/shape/capsule.h>
 
@@ -92,68 +94,50 @@ void forEachSegment(const FiberPolylines& scene, const Visit& visit) {
 
 }  // namespace
 
-std::vector<SceneJoint> sceneJoints(const FiberPolylines& scene) {
-  std::vector<SceneJoint> joints;
-  if (scene.starts_at.empty() && scene.ends_at.empty()) return joints;
-  requireFiberRanges("sceneJoints", scene);
-  // Each point leads to one that is the same, and the last of these to itself.
+std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(const FiberPolylines& scene) {
+  constexpr char kCall[] = "objectsByFiber";
+  std::vector<std::pair<std::size_t, std::size_t>> joined;
+  if (scene.starts_at.empty() && scene.ends_at.empty()) return joined;
+  requireFiberRanges(kCall, scene);
+  const std::vector<std::size_t>& begin = scene.point_begin;
+  const auto isAlone = [&](std::size_t i) {
+    return std::binary_search(begin.begin(), begin.end(), i) &&
+           std::binary_search(begin.begin(), begin.end(), i + 1);
+  };
+  // The point of a fiber without segments leads to one that is the same, all others to themselves.
   std::vector<std::size_t> same(scene.points.size());
   std::iota(same.begin(), same.end(), std::size_t{0});
   const auto lastOf = [&](std::size_t i) {
     while (same[i] != i) i = same[i] = same[same[i]];
     return i;
   };
-  const auto unite = [&](const std::string& name, const std::vector<std::int32_t>& at,
-                         bool are_starts) {
-    if (at.empty()) return;
-    if (at.size() != scene.fiberCount()) {
-      refuseArgument("sceneJoints", ("the number of " + name).c_str(), at.size(),
+  const auto joinAll = [&](const std::string& name, const std::vector<std::int32_t>& at,
+                           bool are_starts) {
+    if (!at.empty() && at.size() != scene.fiberCount()) {
+      refuseArgument(kCall, ("the number of " + name).c_str(), at.size(),
                      "give one for each fiber, or none");
     }
     for (std::size_t f = 0; f < at.size(); ++f) {
-      const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
       if (at[f] == -1) continue;
-      if (at[f] < 0 || static_cast<std::size_t>(at[f]) >= same.size() || begin == end) {
-        refuseArgument("sceneJoints", (name + " of fiber " + std::to_string(f)).c_str(), at[f],
+      if (at[f] < 0 || static_cast<std::size_t>(at[f]) >= same.size() || begin[f] == begin[f + 1]) {
+        refuseArgument(kCall, (name + " of fiber " + std::to_string(f)).c_str(), at[f],
                        "give a point, or -1 for none and for a fiber without points");
       }
-      same[lastOf(are_starts ? begin : end - 1)] = lastOf(static_cast<std::size_t>(at[f]));
-    }
-  };
-  unite("starts_at", scene.starts_at, true);
-  unite("ends_at", scene.ends_at, false);
-  // By the last of these points: a fiber that has one of them. A fiber meets the one that it names,
-  // if that comes before it and has segments, and otherwise such a fiber.
-  constexpr std::size_t kNone = ~std::size_t{0};
-  std::vector<SceneJoint> firsts(same.size(), {kNone, 0, 0, 0, false});
-  const auto jointAt = [&](std::size_t f, std::size_t i, std::size_t g, std::size_t k) {
-    const std::size_t segments = scene.segmentCount(g);
-    return SceneJoint{f, i, g, std::min(k, segments - 1), k == segments};
-  };
-  const auto namedBy = [&](const std::vector<std::int32_t>& at, std::size_t f, std::size_t i) {
-    if (at.empty() || at[f] < 0) return false;
-    const auto point = static_cast<std::size_t>(at[f]);
-    const auto& begin = scene.point_begin;
-    const auto g = static_cast<std::size_t>(std::upper_bound(begin.begin(), begin.end(), point) -
-                                            begin.begin() - 1);
-    if (g > f || scene.segmentCount(g) == 0) return false;
-    joints.push_back(jointAt(f, i, g, point - begin[g]));
-    return true;
-  };
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const std::size_t begin = scene.point_begin[f], segments = scene.segmentCount(f);
-    for (std::size_t i = 0; segments > 0 && i <= segments; ++i) {
-      SceneJoint& first = firsts[lastOf(begin + i)];
-      const bool is_named = (i == 0 && namedBy(scene.starts_at, f, i)) ||
-                            (i == segments && namedBy(scene.ends_at, f, i));
-      if (first.fiber == kNone) {
-        first = jointAt(f, i, f, i);
-      } else if (!is_named) {
-        joints.push_back({f, i, first.of_fiber, first.segment, first.at_end});
+      const auto [p, q] = std::minmax({lastOf(are_starts ? begin[f] : begin[f + 1] - 1),
+                                       lastOf(static_cast<std::size_t>(at[f]))});
+      if (isAlone(q)) {
+        same[q] = p;
+      } else if (isAlone(p)) {
+        same[p] = q;
+      } else if (p != q) {
+        joined.emplace_back(q, p);
       }
     }
-  }
-  return joints;
+  };
+  joinAll("starts_at", scene.starts_at, true);
+  joinAll("ends_at", scene.ends_at, false);
+  std::sort(joined.begin(), joined.end());
+  return joined;
 }
 
 template <typename S>
