@@ -155,16 +155,15 @@ std::vector<fibers::Joint> ManagerState<S>::jointsOf(
     const fibers::FiberPoint own{table.nextNumber(), static_cast<SegmentId>(joint.point)};
     const SegmentId id = registry_.find(joint.segment);
     const auto place = std::find(fiber.begin(), fiber.end(), joint.segment) - fiber.begin();
-    if (id != Registry::kNotFound && table.hasNeighborsOf(id)) {
-      result.emplace_back(own, table.pointOf(id, joint.at_end));
-    } else if (id == Registry::kNotFound && place < std::ptrdiff_t(fiber.size())) {
-      const SegmentId number = static_cast<SegmentId>(place) + (joint.at_end ? 1 : 0);
-      result.emplace_back(own, fibers::FiberPoint{own.fiber, number});
-    } else {
+    const SegmentId number = static_cast<SegmentId>(place) + (joint.at_end ? 1 : 0);
+    const bool is_known = id != Registry::kNotFound;
+    if (is_known ? !table.hasNeighborsOf(id) : place == std::ptrdiff_t(fiber.size())) {
       refuse(
           " names an object that is no segment of a fiber; register that fiber before by "
           "registerFiber()");
     }
+    result.emplace_back(
+        own, is_known ? table.pointOf(id, joint.at_end) : fibers::FiberPoint{own.fiber, number});
   }
   return result;
 }
