@@ -103,11 +103,12 @@ Near<ClosestPoints> nearestOn(const Segment& s, const Vec3d& center) {
   }
   const Vec3d way = t == 0 ? w : t == 1 ? center - s.b : w - t * v;
   const double length = norm(way);
-  // At an end the way may lean from the surface, unless rounding has moved the ball there.
-  const auto gapAlong = [&](const Vec3d& n) { return dot(n, center) - mostAlong(n, s); };
+  // At an end the way leans towards the rest of the axis no more than the surface does, unless only
+  // rounding has moved the ball there.
   if ((t == 0 || t == 1) && length > 0) {
     const Vec3d of_way = (1 / length) * way;
-    if (gapAlong(of_way) >= gapAlong(direction)) direction = of_way;
+    const double lean = dot(of_way, v) + s.taper;
+    if (!(rest > 0) || (t == 0 ? lean <= 0 : lean >= 0)) direction = of_way;
   }
   return {{0, t, -length * direction}, length, length - s.radiusAt(t), direction};
 }
