@@ -132,43 +132,7 @@ class PairsOf : public PairBlock {
     }
   }
 
-  /// Decides the pairs that a verdict leaves open, if any may be tapered: few cones are farther
-  /// apart than their least radii and nearer than their largest ones.
-  /// @param left    an empty block with the same unit
-  /// @param p, q    fill its last group
-  /// @param decide  decides it
-  template <class Block, class Decide>
-  void decideOpen(Block&& left, const P& p, const Q& q, const Decide& decide,
-                  Verdict& verdict) const {
-    if (size() == 0 || (!mayTaperP() && !mayTaperQ())) return;
-    const std::uint64_t all = ~std::uint64_t{0} >> (kCapacity - size());
-    std::array<int, kCapacity> places;
-    for (std::uint64_t rest = all & ~(verdict.touching | verdict.apart); rest != 0;
-         rest &= rest - 1) {
-      const int place = __builtin_ctzll(rest);
-      places[left.index()] = place;
-      left.addFrom(*this, static_cast<std::size_t>(place));
-    }
-    if (left.size() == 0) return;
-    left.setMayTaper(mayTaperP(), mayTaperQ());
-    left.fill(p, q);
-    const Verdict of_left = decide(left);
-    for (int i = 0; i < left.size(); ++i) {
-      const int place = places[static_cast<std::size_t>(i)];
-      verdict.touching |= (of_left.touching >> i & 1u) << place;
-      verdict.apart |= (of_left.apart >> i & 1u) << place;
-    }
-  }
-
  private:
-  void addFrom(const PairsOf& other, std::size_t i) {
-    p_[index()] = other.p_[i];
-    q_[index()] = other.q_[i];
-    margin_[index()] = other.margin_[i];
-    error_[index()] = other.error_[i];
-    ++size_;
-  }
-
   std::array<P, kCapacity> p_;
   std::array<Q, kCapacity> q_;
   alignas(64) Row margin_;

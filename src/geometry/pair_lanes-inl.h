@@ -105,29 +105,73 @@ struct RelativePairs {
   }
 };
 
-/// Two arc parameters.
-template <class Row>
-struct ArcRows {
-  Row s, t;
-};
-
-/// Finds where |w + s u - t v| is least, up to rounding: the closest points of the lines, each
-/// clamped in turn.
-template <class Row>
-FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> closestOfAxes(const Vec3Rows<Row>& w, const Vec3Rows<Row>& u,
-                                                    const Vec3Rows<Row>& v) {
-  const Row uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
-  const Row s = quotientInUnitInterval(uv * vw - uw * vv, uu * vv - uv * uv);
-  const Row t = quotientInUnitInterval(uv * s + vw, vv);
-  return {quotientInUnitInterval(uv * t - uw, uu), t};
-}
-
 /// w + s u - t v
 template <class Row>
 FCL_FIBERS_ALWAYS_INLINE Vec3Rows<Row> pointBetween(const Vec3Rows<Row>& w, const Vec3Rows<Row>& u,
                                                     const Vec3Rows<Row>& v, const Row& s,
                                                     const Row& t) {
   return {w.x + s * u.x - t * v.x, w.y + s * u.y - t * v.y, w.z + s * u.z - t * v.z};
+}
+
+/// A number for each arc parameter, s of the first axis and t of the second one.
+template <class Row>
+struct ArcRows {
+  Row s, t;
+};
+
+/// Pairs of capsules or, if they taper, of rounded cones.
+template <class Row, bool kMayTaper>
+struct PairRows {
+  Vec3Rows<Row> w, u, v;  ///< as in RelativePairs
+  Row reach;              ///< how near the first ends touch
+  Row taper_u, taper_v;   ///< by how much that grows along u and along v; capsules do not look
+
+  /// The sum of the squares of all lengths that an error grows with, but for the reach.
+  FCL_FIBERS_ALWAYS_INLINE Row squares() const {
+    const Row of_axes = dot(w, w) + dot(u, u) + dot(v, v);
+    if constexpr (kMayTaper) return of_axes + (taper_u * taper_u + taper_v * taper_v);
+    return of_axes;
+  }
+  /// How near the balls at s and t touch.
+  FCL_FIBERS_ALWAYS_INLINE Row reachAt(const Row& s, const Row& t) const {
+    if constexpr (kMayTaper) return reach + s * taper_u + t * taper_v;
+    return reach;
+  }
+  /// By how much the gap of the balls at s and t grows with s and shrinks with t, seen along a
+  /// direction and times the direction's length.
+  FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> slopes(const Vec3Rows<Row>& direction,
+                                               const Row& length) const {
+    const Row of_u = dot(u, direction), of_v = dot(v, direction);
+    if constexpr (kMayTaper) return {of_u - taper_u * length, of_v + taper_v * length};
+    return {of_u, of_v};
+  }
+};
+
+/// Finds where |w + s u - t v| is least, up to rounding: the closest points of the lines, each
+/// clamped in turn.
+///
+/// Of cones it is where the gap of the balls, |w + s u - t v| - reachAt(s, t), is least, up to a
+/// small part of the tapers. The slopes of the gap vanish where those of |w + s u - t v|^2 -
+/// 2 distance reachAt(s, t) do, with the distance of the centres there. That changes so little with
+/// the place that the distance at the place found last will do. The first one is that of first ends
+/// that touch.
+/// @param passes  how often cones are looked at; each adds some digits
+template <class Row, bool kMayTaper>
+FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> closestOfAxes(const PairRows<Row, kMayTaper>& pair,
+                                                    int passes = 2) {
+  const Vec3Rows<Row>&w = pair.w, &u = pair.u, &v = pair.v;
+  const Row uu = dot(u, u), vv = dot(v, v), uv = dot(u, v);
+  ArcRows<Row> at;
+  Row distance = pair.reach;
+  for (int pass = 0; pass < (kMayTaper ? passes : 1); ++pass) {
+    const auto [uw, vw] = pair.slopes(w, distance);
+    at.s = quotientInUnitInterval(uv * vw - uw * vv, uu * vv - uv * uv);
+    at.t = quotientInUnitInterval(uv * at.s + vw, vv);
+    at.s = quotientInUnitInterval(uv * at.t - uw, uu);
+    const Vec3Rows<Row> r = pointBetween(w, u, v, at.s, at.t);
+    distance = squareRoot(dot(r, r));
+  }
+  return at;
 }
 
 /// As closestOfAxes(), but the points are closest even where axes that are nearly parallel cross.
@@ -148,18 +192,18 @@ FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> closestByProjection(const Vec3Rows<Row>& w
   return {quotientInUnitInterval(uv * t - dot(u, w), dot(u, u)), t};
 }
 
-/// The place on a cone that is nearest to a point, as geometry::bestOnCone() finds it.
-/// @param squared  the length of the axis
-FCL_FIBERS_ALWAYS_INLINE Float bestOnCone(const Vec3Lanes& point, const Vec3Lanes& axis,
-                                          const Float& squared, const Float& taper) {
-  const Float zero = Float::all(0), one = Float::all(1), tiny = Float::all(0x1p-80f);
-  const Float rest = squared - taper * taper;
-  const Float foot = quotient(dot(point, axis), max(squared, tiny));
-  const Vec3Lanes away = pointBetween(point, axis, axis, zero, foot);
-  const Float shift =
-      taper * squareRoot(quotient(dot(away, away), max(squared * rest, tiny * tiny)));
-  const Float at = min(max(foot + shift, zero), one);
-  return choose(zero < rest, at, choose(zero < taper, one, zero));
+/// Loads the group of pairs that begins at i. A second end may have the radius of another capsule,
+/// where its own does not taper.
+template <bool kMayTaper>
+FCL_FIBERS_ALWAYS_INLINE PairRows<Float, kMayTaper> load(const RelativePairs& relative, int i,
+                                                         bool p_may_taper, bool q_may_taper) {
+  PairRows<Float, kMayTaper> pair;
+  pair.reach = relative.w.get(i, pair.w);
+  pair.taper_u = relative.u.get(i, pair.u);
+  pair.taper_v = relative.v.get(i, pair.v);
+  if (!p_may_taper) pair.taper_u = Float::all(0);
+  if (!q_may_taper) pair.taper_v = Float::all(0);
+  return pair;
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE

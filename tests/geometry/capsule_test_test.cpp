@@ -60,29 +60,40 @@ struct BlockOfPairs {
   std::vector<CapsuleEnd> ends;
 
   explicit BlockOfPairs(double unit) : pairs(unit) { ends.reserve(4 * kCapacity); }
+  explicit BlockOfPairs(const Block& block) : BlockOfPairs(block.unit) {
+    const auto any = [&](auto&& is) {
+      return std::any_of(block.questions.begin(), block.questions.end(), is);
+    };
+    pairs.setMayTaper(any([](const Question& question) { return question.p.isTapered(); }),
+                      any([](const Question& question) { return question.q.isTapered(); }));
+    for (const Question& question : block.questions) add(question);
+  }
   void add(const Question& question) {
     const std::size_t first = ends.size();
-    for (const Segment& s : {question.p, question.q}) {
-      ends.push_back(firstEndOf(s));
-      ends.push_back(secondEndOf(s));
-    }
-    pairs.setMayTaper(pairs.mayTaperP() || question.p.isTapered(),
-                      pairs.mayTaperQ() || question.q.isTapered());
+    add(question.p, pairs.mayTaperP());
+    add(question.q, pairs.mayTaperQ());
     pairs.add(&ends[first], &ends[first + 2], question.margin, question.error);
+  }
+
+ private:
+  void add(const Segment& s, bool may_taper) {
+    ends.push_back(firstEndOf(s));
+    ends.push_back(secondEndOf(s));
+    // In a chain that is the radius of the next capsule, or NaN before a box.
+    const double others[] = {0, 1e30, std::numeric_limits<double>::quiet_NaN()};
+    if (!may_taper && !s.isBox()) ends.back().numbers[3] = others[ends.size() / 2 % 3];
   }
 };
 
 /// With the instruction set in use.
 std::vector<Answer> answersTo(const Block& block) {
-  BlockOfPairs asked(block.unit);
-  for (const Question& question : block.questions) asked.add(question);
+  BlockOfPairs asked(block);
   return answersOf(asked.pairs);
 }
 
 /// Lower bounds of gaps, in the unit of the pairs; -1 where there is none.
 std::vector<double> gapsOf(const Block& block) {
-  BlockOfPairs asked(block.unit);
-  for (const Question& question : block.questions) asked.add(question);
+  BlockOfPairs asked(block);
   alignas(64) CapsulePairs::Row gaps;
   const std::uint64_t known = asked.pairs.leastGaps(gaps);
   std::vector<double> found;
@@ -275,6 +286,21 @@ TEST(CapsulePairs, NoAnswerAboutConesIsWrong) {
     ASSERT_FALSE(HasFatalFailure());
   }
   EXPECT_GT(decided, asked - asked / 50) << "of " << asked;
+}
+
+// The second ends of the capsules, which have the radii of others, would count.
+TEST(CapsulePairs, NoAnswerAboutConesAndCapsulesIsWrong) {
+  Random random(30);
+  for (const bool second_tapers : {false, true}) {
+    Block block = taperedHairs(random);
+    for (Question& question : block.questions) {
+      Segment& capsule = second_tapers ? question.p : question.q;
+      capsule = {capsule.a, capsule.b, capsule.radius};
+    }
+    std::size_t decided = 0;
+    expectTrueAnswers(block, decided);
+    EXPECT_GT(decided, block.questions.size() / 2);
+  }
 }
 
 // Safe distances of hair would take several times as long.
