@@ -35,7 +35,7 @@ FCL_FIBERS_ALWAYS_INLINE DistanceLanes distanceLanes(const CapsulePairs& pairs,
   const Float error = Float::load(pairs.error().data() + i);
   const auto all = [](float x) HWY_ATTR { return Float::all(x); };
 
-  const auto [s, t] = closestOfAxes(pair);
+  const auto [s, t] = closestOfAxes(pair, pair.reach);
   const Vec3Lanes r = pointBetween(pair.w, pair.u, pair.v, s, t);
   const Float distance = squareRoot(dot(r, r));
   const auto [along_u, along_v] = pair.slopes(r, distance);

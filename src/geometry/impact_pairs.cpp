@@ -57,13 +57,15 @@ struct Gaps {
 
 /// An arrival needs them to many digits, of capsules even where axes nearly parallel cross.
 template <bool kMayTaper>
-FCL_FIBERS_ALWAYS_INLINE ArcRows<Double> closest(const PairRows<Double, kMayTaper>& pair) {
-  if constexpr (kMayTaper) return closestOfAxes(pair, /*passes=*/4);
+FCL_FIBERS_ALWAYS_INLINE ArcRows<Double> closest(const PairRows<Double, kMayTaper>& pair,
+                                                 const Double& distance) {
+  if constexpr (kMayTaper) return closestOfAxes(pair, distance);
   return closestByProjection(pair.w, pair.u, pair.v);
 }
 template <bool kMayTaper>
-FCL_FIBERS_ALWAYS_INLINE ArcRows<Float> closest(const PairRows<Float, kMayTaper>& pair) {
-  return closestOfAxes(pair);
+FCL_FIBERS_ALWAYS_INLINE ArcRows<Float> closest(const PairRows<Float, kMayTaper>& pair,
+                                                const Float& distance) {
+  return closestOfAxes(pair, distance);
 }
 
 template <class Row>
@@ -98,12 +100,15 @@ FCL_FIBERS_ALWAYS_INLINE Arrivals<Row> advance(const PairRows<Row, kMayTaper>& s
                         max(start.reach, end.reach));
   const auto none = open & (one <= zero);
   Arrivals<Row> result{none, none, from, zero, zero};
+  // Of cones, the closest points matter most where they touch, and that far apart they are sought.
+  Row reach = start.reach;
   for (int step = 0; step < most_steps; ++step) {
     const auto now = between(start, end, result.from);
-    const auto [s, t] = closest(now);
+    const auto [s, t] = closest(now, reach);
     const Vec3Rows<Row> n = pointBetween(now.w, now.u, now.v, s, t);
     const Row length = squareRoot(dot(n, n));
-    const auto arrives = open & (length - now.reachAt(s, t) <= arrival);
+    reach = now.reachAt(s, t);
+    const auto arrives = open & (length - reach <= arrival);
     result.arrived = either(result.arrived, arrives);
     result.s = choose(open, s, result.s);
     result.t = choose(open, t, result.t);

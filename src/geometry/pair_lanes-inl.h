@@ -153,17 +153,15 @@ struct PairRows {
 /// Of cones it is where the gap of the balls, |w + s u - t v| - reachAt(s, t), is least, up to a
 /// small part of the tapers. The slopes of the gap vanish where those of |w + s u - t v|^2 -
 /// 2 distance reachAt(s, t) do, with the distance of the centres there. That changes so little with
-/// the place that the distance at the place found last will do. The first one is that of first ends
-/// that touch.
-/// @param passes  how often cones are looked at; each adds some digits
+/// the place that a guess will do, and then the distance at the place found with it.
+/// @param distance  a guess; the place is right if it is
 template <class Row, bool kMayTaper>
 FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> closestOfAxes(const PairRows<Row, kMayTaper>& pair,
-                                                    int passes = 2) {
+                                                    Row distance) {
   const Vec3Rows<Row>&w = pair.w, &u = pair.u, &v = pair.v;
   const Row uu = dot(u, u), vv = dot(v, v), uv = dot(u, v);
   ArcRows<Row> at;
-  Row distance = pair.reach;
-  for (int pass = 0; pass < (kMayTaper ? passes : 1); ++pass) {
+  for (int pass = 0; pass < (kMayTaper ? 2 : 1); ++pass) {
     const auto [uw, vw] = pair.slopes(w, distance);
     at.s = quotientInUnitInterval(uv * vw - uw * vv, uu * vv - uv * uv);
     at.t = quotientInUnitInterval(uv * at.s + vw, vv);
