@@ -98,7 +98,9 @@
 //                         scene that is named, per segment
 //   Unused/<what>         a frame of a tree or manager with a feature that the scene does not use,
 //                         and in turns one "without" it; and the bytes of both
-//   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
+//   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for. Fibers
+//                         that taper or branch are asked in turns with fibers that do not: "times"
+//                         is the ratio, and "pairs_without" is what these find
 //   Touching/<set>/<who>  segments that touch the head, all or without those at roots: the update
 //                         of the head's pose and the query. "turned" is by arrays, for a head that
 //                         is stored at another rotation; FCL's is the head's query with

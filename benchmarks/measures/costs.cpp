@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include <fcl_fibers/contact.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "harness/runs.h"
 #include "measures.h"
+#include "scenes/ball.h"
 #include "scenes/random.h"
 #include "tools/messages.h"
 
@@ -94,10 +100,94 @@ void registerManager(MovingFibers& fibers, const std::string& name, const FiberO
   });
 }
 
-/// By up to a tenth of each, with the same mean.
-void jitterRadii(std::vector<double>& radii) {
-  scenes::Random random(56);
-  for (double& radius : radii) radius *= 0.9 + 0.2 * random.uniform();
+using Frames = std::array<FiberPolylines, 2>;
+/// Asks a tree of these fibers, and returns how much it finds.
+using Ask = std::function<std::size_t(const FiberTree&, const FiberArrays<double>&)>;
+
+template <class Question>
+Ask countOf(const Question& question) {
+  return [=](const FiberTree& tree, const auto&) {
+    double count = 0;
+    secondsOfCount(tree, question, count);
+    return static_cast<std::size_t>(count);
+  };
+}
+
+/// Fibers beside those that lack something, in turns: `times` is the ratio of the queries. It is an
+/// error if what they find differs by more than one for a hundred segments, because the work is not
+/// equal then.
+/// @param is_step  asks for the motion from the first frame to the second
+void registerBeside(const Frames& with, const Frames& without, const std::string& name,
+                    const FiberTreeOptions& options, const Ask& ask, bool is_step = false) {
+  const auto sides = std::make_shared<std::array<Frames, 2>>();
+  *sides = {with, without};
+  const std::array trees = {makeTree(fiberArrays(with[0]), options),
+                            makeTree(fiberArrays(without[0]), options)};
+  registerRuns("Costs/arrays/" + name, kRuns, [=, turn = 0u](Numbers& numbers) mutable {
+    std::array<double, 2> update, query, found;
+    ++turn;
+    for (const std::size_t side : {turn % 2, (turn + 1) % 2}) {
+      const FiberArrays<double> start = fiberArrays((*sides)[side][0]),
+                                end = fiberArrays((*sides)[side][1]);
+      FiberTree& tree = *trees[side];
+      tree.update(start);
+      update[side] = seconds([&] { is_step ? tree.update(start, end) : tree.update(end); });
+      query[side] = seconds([&] { found[side] = static_cast<double>(ask(tree, end)); });
+    }
+    numbers["update"] = update[0];
+    numbers["detection"] = query[0];
+    numbers["times"] = query[0] / query[1];
+    numbers["pairs"] = found[0];
+    numbers["pairs_without"] = found[1];
+    if (std::fabs(found[0] - found[1]) > 0.01 * static_cast<double>(trees[0]->segmentCount())) {
+      throw std::runtime_error("finds " + std::to_string(found[0]) + ", and " +
+                               std::to_string(found[1]) + " without it");
+    }
+    return addCounts(numbers, trees[0]->memoryUsage(), trees[0]->segmentCount());
+  });
+}
+
+/// Radii at points that differ by up to a tenth, with the same mean.
+Frames withJitteredRadii(Frames frames) {
+  for (FiberPolylines& fibers : frames) {
+    scenes::Random random(56);
+    fibers.radii_are = FiberArrays<double>::Radii::kPerPoint;
+    for (std::size_t i = 0; i < fibers.points.size(); ++i) {
+      fibers.radii.push_back(fibers.radius * (0.9 + 0.2 * random.uniform()));
+    }
+  }
+  return frames;
+}
+
+/// Tapers and branches beside fibers without them.
+void registerTapersAndBranches(const Frames& frames) {
+  const Frames tapered = withJitteredRadii(frames);
+  const TriangleMesh mesh(scenes::makeBall({3, 3, 3}, 10000).arrays());
+  const auto add = [&](const std::string& name, const Ask& ask, bool is_step = false) {
+    registerBeside(tapered, frames,
+                   "boxes, capsules, neighbours by number, radii at points differ by 10 %" + name,
+                   touchingOptions(1), ask, is_step);
+  };
+  add("", countOf(Pairs{}));
+  add(", impacts", countOf(Impacts{}), true);
+  add(
+      ", safe step", [](const FiberTree& tree, const auto&) { return tree.safeStep() < 1; }, true);
+  add(", contacts with a mesh", [mesh](const FiberTree& tree, const FiberArrays<double>& fibers) {
+    std::vector<MeshContact> contacts;
+    tree.find(Contacts{fibers}, mesh, contacts);
+    return contacts.size();
+  });
+  add(", closest", [](const FiberTree& tree, const FiberArrays<double>& fibers) {
+    return tree.closest(Contacts{fibers}).pair.a >= 0;
+  });
+  SceneRequest neuron;
+  neuron.text = "neuron:fibers=10,segments=200";
+  const Frames branched = twoFrames(neuron);
+  // Its pairs at branching points are few, as a fiber has 200 segments from one to the next.
+  Frames unbranched = branched;
+  for (FiberPolylines& fibers : unbranched) fibers.starts_at.clear();
+  registerBeside(branched, unbranched, "boxes, capsules, neighbours by number, branches",
+                 touchingOptions(1), countOf(Pairs{}));
 }
 
 template <class Set>
@@ -147,16 +237,13 @@ bool measureCosts(const Request&) {
   registerTree(frames, "boxes, margin of a radius", margin);
   registerTree<double>(frames, "boxes, capsules, arc length, groups, 2 threads", much, addGroups);
   registerTree(frames, "boxes, capsules", capsules);
-  registerTree<double>(frames, "boxes, capsules, radius by point, that differ by 10 %", capsules,
-                       [](auto& arrays) {
-                         jitterRadii(arrays.radius);
-                         arrays.view.radii_are = Radii::kPerPoint;
-                       });
   registerTree(frames, "boxes, super thread", super_thread);
   registerTree(frames, "spheres", spheres(plain));
   registerTree(frames, "spheres, neighbours by arc length", spheres(arc_length));
   registerTree(frames, "spheres, capsules", spheres(capsules));
   registerTree(frames, "spheres, super thread", spheres(super_thread));
+
+  registerTapersAndBranches(frames);
 
   registerManager(fibers, "boxes, loose objects", plain, Register::kLoose);
   registerManager(fibers, "boxes, fibers", plain);

@@ -170,10 +170,15 @@ def costs(part):
         keys = ("segments", "bytes", "pairs", "update", "detection")
         segments, size, pairs, *times = part.medians("Costs", name, *keys)
         cells = [digits(size / segments), *(count(1e9 * seconds / segments) for seconds in times)]
+        if "times" in part.counters("Costs", name):
+            cells[-1] += f" ({digits(part.median('Costs', name, 'times'), 2)} times)"
         rows.append([name.replace("/", ": ", 1), *cells, count(pairs)])
     header = ["input: options", "bytes per segment", "update, ns per segment"]
     header += ["detection, ns per segment", "pairs"]
-    caption = "Arrays are a FiberTree's, objects a manager's."
+    caption = (
+        "Arrays are a FiberTree's, objects a manager's. Times: beside fibers of equal radii or "
+        "without branches, in turns."
+    )
     return Table("costs", "What options cost", header, rows, caption)
 
 
