@@ -57,10 +57,16 @@ StepScene readStep(const SceneSource& start, const SceneSource& end) {
   if (step.start.point_begin != step.end.point_begin) {
     throw std::invalid_argument(fmt::format(
         "'{}' has {} points of {} fibers, and '{}' has {} of {}; both need the same fibers, with "
-        "as "
-        "many points each",
+        "as many points each",
         start.title, countText(step.start.points.size()), countText(step.start.fiberCount()),
         end.title, countText(step.end.points.size()), countText(step.end.fiberCount())));
+  }
+  const bool both_have_radii = !step.start.radii.empty() && !step.end.radii.empty();
+  if (both_have_radii && step.start.radii_are != step.end.radii_are) {
+    throw std::invalid_argument(fmt::format(
+        "of '{}' and '{}' one has radii of segments, and the other one radii at points; give both "
+        "radii at points",
+        start.title, end.title));
   }
   return step;
 }

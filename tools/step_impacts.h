@@ -23,7 +23,7 @@ struct StepScene {
 };
 
 /// Throws std::invalid_argument if a source has several frames, or if the fibers differ in their
-/// numbers of points.
+/// numbers of points or in what their radii are of.
 StepScene readStep(const SceneSource& start, const SceneSource& end);
 
 struct StepImpacts {

@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "tools/program.h"
+#include "tools/step_impacts.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -164,6 +165,32 @@ TEST_F(CommandsTest, PageNeedsASegment) {
   point.points = {{0, 0, 0}};
   point.point_begin = {0, 1};
   EXPECT_THROW(pageOf("a", point, Request{}), std::runtime_error);
+}
+
+SceneSource sourceOf(const FiberPolylines& fibers) {
+  SceneSource source;
+  source.title = "a";
+  source.make = [fibers](int) { return fibers; };
+  return source;
+}
+
+TEST(StepScene, HasTheRadiiOfBothEnds) {
+  using Radii = FiberArrays<double>::Radii;
+  FiberPolylines of_segments = crossing(), at_points = crossing();
+  of_segments.radii = {0.1, 0.2, 0, 0.3, 0};
+  at_points.radii = {0, 0.01, 0.02, 0.03, 0.04};
+  at_points.radii_are = Radii::kPerPoint;
+  // Radii of segments do not tell which one a point has in between.
+  EXPECT_THROW(readStep(sourceOf(of_segments), sourceOf(at_points)), std::invalid_argument);
+  EXPECT_THROW(readStep(sourceOf(at_points), sourceOf(of_segments)), std::invalid_argument);
+
+  const StepScene step = readStep(sourceOf(crossing()), sourceOf(at_points));
+  const FiberPolylines half = step.at(0.5);
+  EXPECT_EQ(half.radii_are, Radii::kPerPoint);
+  EXPECT_THAT(half.radii,
+              testing::Pointwise(testing::DoubleEq(), {0.01, 0.015, 0.02, 0.025, 0.03}));
+  EXPECT_EQ(readStep(sourceOf(of_segments), sourceOf(crossing())).at(0.5).radii_are,
+            Radii::kPerFirstPoint);
 }
 
 }  // namespace
