@@ -239,19 +239,31 @@ std::set<Numbers> found(const FiberTree& tree, const Question& question, const P
 
 using Volumes = FiberTreeOptions::Volumes;
 
-/// All volumes and topologies with each rule about neighbours.
-std::vector<FiberTreeOptions> allOptions() {
+/// All volumes and topologies.
+std::vector<FiberTreeOptions> allTrees(double margin = 0) {
   std::vector<FiberTreeOptions> all;
   for (const Volumes volumes : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
     for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
-      for (const auto& [reach, length] :
-           {std::pair{1, 0.0}, {0, 0.0}, {3, 0.0}, {0, 0.35}, {2, 0.6}}) {
-        FiberTreeOptions options = FiberOptions{topology, Report::kCapsules, reach, length};
-        options.volumes = volumes;
-        options.margin = length > 0 ? 0.02 : 0;
-        options.threads = reach > 1 ? 2 : 1;
-        all.push_back(options);
-      }
+      FiberTreeOptions& options = all.emplace_back();
+      options.volumes = volumes;
+      options.topology = topology;
+      options.margin = margin;
+    }
+  }
+  return all;
+}
+
+/// All volumes and topologies with each rule about neighbours.
+std::vector<FiberTreeOptions> allOptions() {
+  std::vector<FiberTreeOptions> all;
+  for (FiberTreeOptions options : allTrees()) {
+    for (const auto& [reach, length] :
+         {std::pair{1, 0.0}, {0, 0.0}, {3, 0.0}, {0, 0.35}, {2, 0.6}}) {
+      options.ignored_neighbors = reach;
+      options.ignored_arc_length = length;
+      options.margin = length > 0 ? 0.02 : 0;
+      options.threads = reach > 1 ? 2 : 1;
+      all.push_back(options);
     }
   }
   return all;
@@ -357,10 +369,6 @@ TEST_P(Crossings, Meshes) {
   const auto soup = test::soup<double>(9, 150, 0.8);
   const TriangleMesh mesh(soup.view());
   for (const double margin : {0.0, 0.03}) {
-    FiberTreeOptions options;
-    options.margin = margin;
-    FiberTree tree(options);
-    tree.build(fibers.view());
     std::set<Numbers> expected;
     for (const std::int32_t a : fibers.segments()) {
       for (std::size_t t = 0; t < soup.count(); ++t) {
@@ -375,24 +383,31 @@ TEST_P(Crossings, Meshes) {
       }
     }
     EXPECT_GT(expected.size(), 10u);
-    EXPECT_EQ(found(tree, Pairs{}, mesh), expected) << GetParam();
+    for (const FiberTreeOptions& options : allTrees(margin)) {
+      FiberTree tree(options);
+      tree.build(fibers.view());
+      EXPECT_EQ(found(tree, Pairs{}, mesh), expected) << GetParam();
+    }
   }
 }
 
 TEST_P(Crossings, Shapes) {
   const Fibers fibers(10, GetParam());
-  FiberTree tree;
-  tree.build(fibers.view());
   const auto expectSegments = [&](const Shape& shape, const auto& ofPoint) {
-    std::set<std::int32_t> expected, found;
+    std::set<std::int32_t> expected;
     for (const std::int32_t a : fibers.segments()) {
       const double gap = distanceTo(fibers.segment(a), ofPoint);
       EXPECT_GT(std::fabs(gap), kDoubt);
       if (gap <= 0) expected.insert(a);
     }
-    tree.visit(Pairs{}, shape, [&](std::int32_t a) { EXPECT_TRUE(found.insert(a).second); });
     EXPECT_GT(expected.size(), 3u);
-    EXPECT_EQ(found, expected) << GetParam() << ", shape " << shape.index();
+    for (const FiberTreeOptions& options : allTrees()) {
+      FiberTree tree(options);
+      tree.build(fibers.view());
+      std::set<std::int32_t> found;
+      tree.visit(Pairs{}, shape, [&](std::int32_t a) { EXPECT_TRUE(found.insert(a).second); });
+      EXPECT_EQ(found, expected) << GetParam() << ", shape " << shape.index();
+    }
   };
   const test::Point center(0.1L, 0.2L, 0.1L), end(0.5L, -0.3L, 0.2L);
   expectSegments(SphereShape{{0.1, 0.2, 0.1}, 0.3}, [&](const test::Point& x) {
