@@ -34,7 +34,8 @@ constexpr std::size_t kFew = 64;
 constexpr double kDrift = 0.25;
 
 /// To find the extent takes as long as to read tens of segments. So it is looked at only after so
-/// many have been read, unless their reach is this many times as large or small as it was.
+/// many have been read, unless their reach is this many times as large or small as it was, or as
+/// large as their size: then all have left the origin, as where what was far out has returned.
 constexpr std::size_t kUnseen = 512;
 constexpr double kReach = 8;
 
@@ -201,7 +202,11 @@ bool SegmentIndex::refit(const SegmentSource& source) {
   if (frame_lasts_ && tryRefit(source, frame())) {
     unseen_ += leaves().size();
     const double reach = reachOf(now_), then = reach_in_new_frame_;
-    if (unseen_ < kUnseen && reach <= kReach * then && then <= kReach * reach) return true;
+    const bool is_near =
+        std::visit([](const auto& tree) { return tree::isNearOrigin(tree, kReach); }, now_.tree);
+    if (unseen_ < kUnseen && is_near && reach <= kReach * then && then <= kReach * reach) {
+      return true;
+    }
     unseen_ = 0;
     const tree::Extent now = extent();
     // A frame that is no longer good is used once more, so that no update refits twice, unless it
@@ -286,7 +291,10 @@ bool SegmentIndex::reread(const SegmentSource& source) {
   if (!frame_lasts_ || is_loose_ || step_ != Step::kNone) return false;
   now_.segments.forgetKinds();
   const double reach = readKept(now_.segments, source, now_.frame);
-  if (reach < 0 || !staysWithin(sampled_in_new_frame_, sampledExtent(reach), kDrift)) return false;
+  if (reach < 0 || !staysWithin(sampled_in_new_frame_, sampledExtent(reach), kDrift)) {
+    unseen_ = kUnseen;  // so that the refit looks at the extent, too
+    return false;
+  }
   now_.reach = reach;
   unit_ = now_.segments.usualUnit();
   fit_->is_due.store(true, std::memory_order_release);

@@ -34,6 +34,12 @@ double reachOf(const Tree& tree) {
   return tree.empty() ? 0 : reachOfVolume(tree.nodeVolume(0));
 }
 
+/// Whether the origin is among the volumes of a tree, or within so many times their size of them.
+template <class Tree>
+bool isNearOrigin(const Tree& tree, double times) {
+  return tree.empty() || reachOf(tree) <= times * double{tree.nodeVolume(0).size()};
+}
+
 /// Where the segments of a tree are, estimated from the volumes some levels below the root.
 struct Extent {
   geometry::Vec3d middle{0, 0, 0};  ///< middle of the segments

@@ -404,6 +404,40 @@ TEST_P(SegmentIndexTest, TheFrameStaysAsLongAsItIsGood) {
   }
 }
 
+// All pairs with another index would be found, although few touch.
+TEST_P(SegmentIndexTest, TheFrameOfFewFollowsThemWhereverOthersAre) {
+  const auto moved = [](World world, std::size_t from, std::size_t to, double x) {
+    for (std::size_t i = from; i < to; ++i) {
+      Segment& s = world.segments[i];
+      s = {s.a + Vec3d{x, 0, 0}, s.b + Vec3d{x, 0, 0}, s.radius};
+    }
+    return world;
+  };
+  Random random(43);
+  World world;
+  for (int f = 0; f < 10; ++f) world.addFiber(random, 1, 0.08, 0.02);
+  SegmentIndex index(options());
+  const auto build = [&](const World& start) {
+    index.build(start, frameFor(start, start.fibers.ids), 0, start.count(),
+                start.fibersOf(0, start.count()));
+  };
+  build(world);
+  const Frame first = index.frame();
+  index.refit(moved(world, 4, 10, 1e17));
+  EXPECT_GT(index.frame().origin.x, 1e16);
+  index.refit(world);
+  EXPECT_TRUE(index.frame() == first) << "all have returned";
+
+  if (!options().capsules) return;  // which are reread
+  const World apart = moved(world, 7, 10, 1e9);
+  build(apart);
+  EXPECT_LT(std::fabs(index.frame().origin.x), 1);
+  const World far = moved(apart, 0, 7, 1e6);
+  EXPECT_FALSE(index.reread(far));
+  index.refit(far);
+  EXPECT_GT(index.frame().origin.x, 9e5) << "most have moved, between others";
+}
+
 // The message would name another object with every run; or an object that cannot be read end the
 // program.
 TEST_P(SegmentIndexTest, OfSegmentsThatCannotBeReadTheLeastIsRefused) {
