@@ -139,6 +139,16 @@ TYPED_TEST(FiberObjectsTest, CapsulesHaveTheRadiusAtTheirFirstPoint) {
   EXPECT_EQ(capsuleOf(*objects[2]).radius, 4);
 }
 
+TYPED_TEST(FiberObjectsTest, CapsulesOfConesHaveTheLargerRadius) {
+  // If this fails, a manager misses what touches the thick end of a segment that tapers.
+  FiberPolylines scene = pairsOfPoints({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}});
+  scene.radii = {1, 2, 4, 3};
+  scene.radii_are = FiberArrays<double>::Radii::kPerPoint;
+  const auto objects = makeObjects<TypeParam>(scene);
+  EXPECT_EQ(capsuleOf(*objects.at(0)).radius, 2);
+  EXPECT_EQ(capsuleOf(*objects.at(1)).radius, 4);
+}
+
 TYPED_TEST(FiberObjectsTest, SegmentsThatAreTinyOrVastKeepTheirDirection) {
   // If this fails, squared lengths underflow or overflow.
   using S = TypeParam;

@@ -85,6 +85,7 @@ class Check(ProgramTest):
         ring = self.write("ring.txt", "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 0\n")
         self.run_program("check", ring, "-r", 0.1)
         self.assertEqual(len(self.contacts(ring, "-r", 0.1, "-n", 0)), 4)
+        self.assertEqual(self.page_of(ring, "-r", 0.1)["frames"][0]["contacts"], 0)
 
     def test_volumes_and_topology_change_no_contact(self):
         """An option that is about time would be about contacts."""
@@ -106,6 +107,7 @@ class Check(ProgramTest):
         self.assertEqual(len(found), 1)
         a, b = ({"sample": found[0]["sample_" + s], "type": found[0]["type_" + s]} for s in "ab")
         self.assertEqual((a, b), ({"sample": 7, "type": 3}, {"sample": 9, "type": 2}))
+        self.assertEqual(self.page_of(neuron)["frames"][0]["contacts"], 1)
         csv = self.run_program("check", neuron, "--csv", code=1).splitlines()
         self.assertTrue(csv[0].endswith(",sample_a,type_a,sample_b,type_b"))
         self.assertTrue(csv[1].endswith(",7,3,9,2"))

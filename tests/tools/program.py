@@ -3,6 +3,7 @@
 it."""
 
 import base64
+import json
 import os
 import re
 import struct
@@ -63,6 +64,14 @@ class ProgramTest(unittest.TestCase):
         if code in (0, 1):
             self.assertNotIn("\r", done.stderr, "progress where there is no terminal")
         return done.stdout
+
+    def page_of(self, *arguments):
+        """The scene of a page."""
+        page = self.folder / "page.html"
+        self.run_program("view", *arguments, "-o", page)
+        data = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
+        (scene,) = json.loads(data.split("</script>", 1)[0])["scenes"]
+        return scene
 
     def write(self, name, text):
         path = self.folder / name

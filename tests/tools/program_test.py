@@ -328,8 +328,9 @@ class Info(ProgramTest):
         vtp = self.folder / "n.vtp"
         self.run_program("convert", path, vtp)
         self.assertEqual(self.run_program("info", vtp).replace("n.vtp", "n.swc"), text)
-        self.run_program("convert", path, self.folder / "n.hair")
-        self.assertIn(".hair has no place for branches, samples and types", self.stderr)
+        for ending, format in ((".hair", ".hair"), (".txt", "text")):
+            self.run_program("convert", path, self.folder / f"n{ending}")
+            self.assertIn(f"{format} has no place for branches, samples and types", self.stderr)
 
     def test_numbers_too_large_to_compute_with(self):
         """The error would be that of a function that no user knows, without the file."""

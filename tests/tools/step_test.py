@@ -167,14 +167,6 @@ class Step(ProgramTest):
             )
             self.assertAlmostEqual(width - thin_width, 0.8 * i / 32, delta=1e-4)
 
-    def page_of(self, *arguments):
-        """The scene of a page."""
-        page = self.folder / "page.html"
-        self.run_program("view", *arguments, "-o", page)
-        data = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
-        (scene,) = json.loads(data.split("</script>", 1)[0])["scenes"]
-        return scene
-
 
 if __name__ == "__main__":
     unittest.main()
