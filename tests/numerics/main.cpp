@@ -166,6 +166,8 @@ int main(int argc, char** argv) {
   CLI::App* rows = app.add_subcommand("rows", "The table of docs/numerics.md, as measured");
   CLI::App* times = app.add_subcommand(
       "times", "How many times as long as an ordinary scene each row takes, float / double");
+  std::string names;
+  times->add_option("--rows", names, "those whose names begin so, such as Tapered");
 
   double decisions = 1e10;
   std::size_t capsules = 1500;
@@ -222,7 +224,7 @@ int main(int argc, char** argv) {
       return EXIT_SUCCESS;
     }
     if (*times) {
-      std::cout << test::rowTimesTable();
+      std::cout << test::rowTimesTable(names);
       return EXIT_SUCCESS;
     }
     if (*touches) return test::runTouches(pairs, seed);

@@ -76,14 +76,15 @@ Seconds timesOf(const ExtremeRow<S>& row, const Assembly<S>& fibers) {
 
 }  // namespace
 
-std::string rowTimesTable() {
+std::string rowTimesTable(const std::string& names) {
   constexpr std::size_t kWanted = 20'000;
   std::string table =
       "| row | segments | build, times | update, times | query, times |\n|---|--:|--:|--:|--:|\n";
   const auto& singles = extremeRows<float>();
   const auto& doubles = extremeRows<double>();
   for (std::size_t i = 0; i < doubles.size(); ++i) {
-    if (!doubles[i].environment.isPossible()) continue;
+    const bool is_wanted = doubles[i].name.compare(0, names.size(), names) == 0;
+    if (!is_wanted || !doubles[i].environment.isPossible()) continue;
     const auto of_float = repeated(singles[i], kWanted);
     const auto of_double = repeated(doubles[i], kWanted);
     const Seconds single = timesOf(singles[i], of_float), both = timesOf(doubles[i], of_double);

@@ -6,6 +6,7 @@
 namespace fcl_fibers::test {
 
 /// The table of docs/numerics.md under "Time at the extremes", as measured now.
-std::string rowTimesTable();
+/// @param names  the rows whose names begin so
+std::string rowTimesTable(const std::string& names);
 
 }  // namespace fcl_fibers::test
