@@ -509,7 +509,8 @@ void LiveList::findSafeDistances(const Pairing& pairing, bool skips_touching,
   const SegmentFlags free = is_mesh ? freeOfMesh(pairing, skips_touching) : SegmentFlags();
   // Half of what two segments may come nearer is for each of them. A mesh rests.
   const double share = (is_mesh ? 1 : 0.5) * kInward;
-  const auto shareOf = [share](double distance) { return std::max(share * distance, 0.0); };
+  // It is 0 where the distance is NaN, of which nothing is safe.
+  const auto shareOf = [share](double distance) { return std::max(0.0, share * distance); };
   const auto placeOf = [&](int side, SegmentId id) {
     const index::KeptSegments& segments = *pairing.side(side).segments;
     const std::size_t stride = segments.sharesEnds() ? 1 : 2;
