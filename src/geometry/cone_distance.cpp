@@ -94,9 +94,9 @@ Near<ClosestPoints> nearestOn(const Segment& s, const Vec3d& center) {
   if (rest > 0) {
     const double foot = dot(w, v) / vv;
     const Vec3d rough = w - foot * v;
-    // What rounding has left along the axis would be much of a short vector.
+    // What rounding has left along the axis would be much of a short vector, or all of it.
     const Vec3d away = rough - (dot(rough, v) / vv) * v;
-    const double height = norm(away);
+    const double height = 4 * squaredNorm(away) < squaredNorm(rough) ? 0 : norm(away);
     t = clampedToUnit(foot + s.taper * height / std::sqrt(vv * rest));
     direction = (-s.taper / vv) * v;
     if (height > 0) direction = direction + (std::sqrt(rest / vv) / height) * away;
