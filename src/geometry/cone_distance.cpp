@@ -215,7 +215,7 @@ template <class Other>
 auto nearestBall(const Segment& cone, const Other& other, double m) {
   const auto isNearest = [&](const auto& b) {
     return b.distance - b.least <= 32 * kEps * m &&
-           std::fabs(b.slope) * b.near.length <= 8 * kEps * m * (m + b.near.length);
+           std::fabs(b.slope) * b.near.length <= 2 * kEps * m * (m + b.near.length);
   };
   return search(atOrigin(cone, originOf(other)), atOrigin(other), m, isNearest);
 }
