@@ -15,21 +15,20 @@ constexpr double kEps = std::numeric_limits<double>::epsilon();
 
 // What the search asks of each shape.
 
-/// The shape relative to its own first point, which costs no more than a rounding of differences.
-///@{
-Segment atOrigin(const Segment& s, const Vec3d& from) {
-  return {s.a - from, s.b - from, s.radius, s.taper};
-}
-Segment atOrigin(const Segment& s) { return atOrigin(s, s.a); }
-Triangle atOrigin(const Triangle& t) { return {{0, 0, 0}, t.b - t.a, t.c - t.a}; }
-Obstacle atOrigin(Obstacle obstacle) {
-  obstacle.point = {0, 0, 0};
-  return obstacle;
-}
 const Vec3d& originOf(const Segment& s) { return s.a; }
 const Vec3d& originOf(const Triangle& t) { return t.a; }
 const Vec3d& originOf(const Obstacle& obstacle) { return obstacle.point; }
-///@}
+
+Segment relativeTo(const Vec3d& from, const Segment& s) {
+  return {s.a - from, s.b - from, s.radius, s.taper};
+}
+Triangle relativeTo(const Vec3d& from, const Triangle& t) {
+  return {t.a - from, t.b - from, t.c - from};
+}
+Obstacle relativeTo(const Vec3d& from, Obstacle obstacle) {
+  obstacle.point = obstacle.point - from;
+  return obstacle;
+}
 
 /// The sum of the 1-norms of a shape's vectors and of its radii.
 ///@{
@@ -39,24 +38,6 @@ double extentOf(const Segment& s) {
 double extentOf(const Triangle& t) { return norm1(t.b - t.a) + norm1(t.c - t.a); }
 double extentOf(const Obstacle& obstacle) { return 2 * norm1(reachOfVectors(obstacle)); }
 ///@}
-/// This sum of a pair, by which rounding is bounded, with that of the differences in between.
-template <class Other>
-double sizeOf(const Segment& cone, const Other& other) {
-  return norm1(cone.a - originOf(other)) + extentOf(cone) + extentOf(other);
-}
-
-double largestOf(const Segment& s) { return std::max({maxNorm(s.a), maxNorm(s.b), s.radius}); }
-double largestOf(const Triangle& t) { return std::max({maxNorm(t.a), maxNorm(t.b), maxNorm(t.c)}); }
-double largestOf(const Obstacle& obstacle) {
-  return maxNorm(obstacle.point) + norm1(reachOfVectors(obstacle));
-}
-
-/// Whether products of six lengths of this size neither overflow nor vanish.
-bool isWellScaled(double m) { return m > 0x1p-150 && m < 0x1p150; }
-template <class Other>
-double scaleFor(const Segment& cone, const Other& other, double m) {
-  return scaleForSize(m, std::max(largestOf(cone), largestOf(other)));
-}
 
 /// How far the furthest point of a shape at the origin is along a vector.
 ///@{
@@ -152,6 +133,7 @@ struct Line {
 
 /// Looks for the nearest ball between two arc parameters that come nearer to each other, until
 /// isEnough(ball).
+/// @param m  size of the pair
 template <class Other, class IsEnough>
 auto search(const Segment& cone, const Other& other, double m, IsEnough&& isEnough) {
   constexpr int kMostRounds = 64;
@@ -196,62 +178,68 @@ auto search(const Segment& cone, const Other& other, double m, IsEnough&& isEnou
   return best;
 }
 
+/// A cone and a shape relative to a point of the shape, which costs a rounding of differences, and
+/// scaled so that products of six lengths neither overflow nor vanish.
 template <class Other>
-bool within(const Segment& cone, const Other& other, double margin, double error) {
-  const double m = sizeOf(cone, other);
-  if (m == 0 || !std::isfinite(m)) return true;
-  if (!isWellScaled(m)) {
-    const double scale = scaleFor(cone, other, m);
-    return within(scaled(cone, scale), scaled(other, scale), scale * margin, scale * error);
-  }
-  // The gap carries 8 eps of the size: 6 of differences, products and radii, 2 of the direction.
-  const double reach = margin + error + 4 * kEps * std::fabs(margin) + 8 * kEps * m;
-  const auto isDecided = [&](const auto& b) { return b.distance <= reach || b.least > reach; };
-  return !(search(atOrigin(cone, originOf(other)), atOrigin(other), m, isDecided).least > reach);
-}
+struct Pair {
+  Segment cone;
+  Other other;
+  double size;  ///< the sum of the 1-norms of all differences and the radii, which bounds rounding
+  double scale = 1;
 
-/// The direction is as certain as the length of the way lets it be.
-template <class Other>
-auto nearestBall(const Segment& cone, const Other& other, double m) {
-  const auto isNearest = [&](const auto& b) {
-    return b.distance - b.least <= 32 * kEps * m &&
-           std::fabs(b.slope) * b.near.length <= 2 * kEps * m * (m + b.near.length);
-  };
-  return search(atOrigin(cone, originOf(other)), atOrigin(other), m, isNearest);
-}
+  Pair(const Segment& given, const Other& given_other)
+      : cone(relativeTo(originOf(given_other), given)),
+        other(relativeTo(originOf(given_other), given_other)),
+        size(norm1(cone.a) + extentOf(cone) + extentOf(other)) {
+    if ((size > 0x1p-150 && size < 0x1p150) || !hasSize()) return;
+    scale = scaleForSize(size, size);
+    cone = scaled(cone, scale);
+    other = scaled(other, scale);
+    size *= scale;
+  }
+  /// Otherwise all is at one point, or not finite.
+  bool hasSize() const { return size > 0 && std::isfinite(size); }
+
+  /// The direction is as certain as the length of the way lets it be.
+  auto nearestBall() const {
+    return search(cone, other, size, [m = size](const auto& b) {
+      return b.distance - b.least <= 32 * kEps * m &&
+             std::fabs(b.slope) * b.near.length <= 2 * kEps * m * (m + b.near.length);
+    });
+  }
+};
 
 template <class Other>
 auto closest(const Segment& cone, const Other& other) {
-  using Closest = decltype(nearestOn(other, cone.a).closest);
-  const double m = sizeOf(cone, other);
-  if (m == 0 || std::isnan(m) || !std::isfinite(largestOf(cone) + largestOf(other))) {
-    Closest none{};
-    if (m != 0) none.apart.x = std::numeric_limits<double>::infinity();
-    return none;
-  }
-  if (!isWellScaled(m)) {
-    const double scale = scaleFor(cone, other, m);
-    Closest found = closest(scaled(cone, scale), scaled(other, scale));
-    found.apart = (1 / scale) * found.apart;
+  const Pair<Other> pair(cone, other);
+  decltype(pair.nearestBall().near.closest) found{};
+  if (!pair.hasSize()) {
+    if (pair.size == 0) return nearestOn(pair.other, pair.cone.a).closest;
+    found.apart.x = std::numeric_limits<double>::infinity();
     return found;
   }
-  const auto ball = nearestBall(cone, other, m);
-  Closest found = ball.near.closest;
+  const auto ball = pair.nearestBall();
+  found = ball.near.closest;
   found.s = ball.s;
+  found.apart = (1 / pair.scale) * found.apart;
   return found;
 }
 
 }  // namespace
 
-bool coneWithin(const Segment& cone, const Segment& other, double margin, double error) {
-  return within(cone, other, margin, error);
+template <class Other>
+bool coneWithin(const Segment& cone, const Other& other, double margin, double error) {
+  const Pair<Other> pair(cone, other);
+  if (!pair.hasSize()) return true;
+  // The gap carries 8 eps of the size: 6 of differences, products and radii, 2 of the direction.
+  const double reach =
+      pair.scale * (margin + error + 4 * kEps * std::fabs(margin)) + 8 * kEps * pair.size;
+  const auto isDecided = [&](const auto& b) { return b.distance <= reach || b.least > reach; };
+  return !(search(pair.cone, pair.other, pair.size, isDecided).least > reach);
 }
-bool coneWithin(const Segment& cone, const Triangle& triangle, double margin, double error) {
-  return within(cone, triangle, margin, error);
-}
-bool coneWithin(const Segment& cone, const Obstacle& obstacle, double margin, double error) {
-  return within(cone, obstacle, margin, error);
-}
+template bool coneWithin(const Segment&, const Segment&, double, double);
+template bool coneWithin(const Segment&, const Triangle&, double, double);
+template bool coneWithin(const Segment&, const Obstacle&, double, double);
 
 ClosestPoints closestOfCone(const Segment& cone, const Segment& other) {
   return closest(cone, other);
@@ -262,26 +250,24 @@ ClosestOnTriangle closestOfCone(const Segment& cone, const Triangle& triangle) {
 ClosestOnBox closestOfCone(const Segment& cone, const Obstacle& box) { return closest(cone, box); }
 
 double leastDistanceOfCone(const Segment& cone, const Triangle& triangle) {
-  const double m = sizeOf(cone, triangle);
-  if (m == 0 || !std::isfinite(m)) return 0;
-  if (!isWellScaled(m)) {
-    const double scale = scaleFor(cone, triangle, m);
-    return leastDistanceOfCone(scaled(cone, scale), scaled(triangle, scale)) / scale;
-  }
+  const Pair<Triangle> pair(cone, triangle);
+  if (!pair.hasSize()) return 0;
+  const double radius = pair.cone.radius;
   const auto isTight = [&](const auto& b) {
-    return b.distance - b.least <= 0x1p-28 * (b.distance + cone.radius);
+    return b.distance - b.least <= 0x1p-28 * (b.distance + radius);
   };
-  const auto ball = search(atOrigin(cone, triangle.a), atOrigin(triangle), m, isTight);
-  const double least = ball.least - 8 * kEps * m;
+  const double least =
+      search(pair.cone, pair.other, pair.size, isTight).least - 8 * kEps * pair.size;
   // The difference to the radius of the capsule is rounded twice.
-  return std::max(least + cone.radius - 4 * kEps * (std::fabs(least) + cone.radius), 0.0);
+  return std::max(least + radius - 4 * kEps * (std::fabs(least) + radius), 0.0) / pair.scale;
 }
 
 NearestToPolytope nearestOfCone(const Segment& cone, const Obstacle& obstacle) {
-  const auto ball = nearestBall(cone, obstacle, sizeOf(cone, obstacle));
+  const Pair<Obstacle> pair(cone, obstacle);
+  const auto ball = pair.nearestBall();
   const Vec3d& n = ball.near.direction;
-  const double least = std::min(dot(n, cone.a - obstacle.point), dot(n, cone.b - obstacle.point));
-  return {ball.s, ball.near.length, n, least - mostAlong(n, atOrigin(obstacle))};
+  const double least = std::min(dot(n, pair.cone.a), dot(n, pair.cone.b));
+  return {ball.s, ball.near.length, n, least - mostAlong(n, pair.other)};
 }
 
 }  // namespace fcl_fibers::geometry

@@ -18,12 +18,10 @@ namespace fcl_fibers::geometry {
 /// is wrongly true only if they are further apart by at most a few ulp of the coordinates and radii
 /// and by `error`, or if these are not finite. Of a polytope that is thin it may be wrongly true up
 /// to 2^-40 of the size.
+/// @param other  a Segment, Triangle or Obstacle
 /// @param error  bounds the error of all points together
-///@{
-bool coneWithin(const Segment& cone, const Segment& other, double margin, double error);
-bool coneWithin(const Segment& cone, const Triangle& triangle, double margin, double error);
-bool coneWithin(const Segment& cone, const Obstacle& obstacle, double margin, double error);
-///@}
+template <class Other>
+bool coneWithin(const Segment& cone, const Other& other, double margin, double error);
 
 /// The center of the ball that is nearest to a shape, and what of the shape is nearest to it. If
 /// the axis reaches into a box, another ball may be deeper in it. What is not finite is nowhere
