@@ -7,6 +7,7 @@
 
 #include "geometry/least_distance.h"
 #include "geometry/polytope_vertices.h"
+#include "geometry/squared_distance.h"
 
 namespace fcl_fibers::geometry {
 namespace {
@@ -106,8 +107,21 @@ Near<ClosestOnBox> nearestOn(const Obstacle& obstacle, const Vec3d& center) {
   const Segment point{center, center, 0};
   if (obstacle.kind == Obstacle::Kind::kBox) return nearAlong(closestPoints(point, obstacle));
   const NearestToPolytope nearest = nearestToPolytope(point, obstacle, 16 * kEps);
-  return {{}, nearest.distance, nearest.distance, nearest.direction};
+  const Vec3d apart = -nearest.distance * nearest.direction;
+  return {{0, {}, apart}, nearest.distance, nearest.distance, nearest.direction};
 }
+
+/// Where an axis is nearest to a shape. Few cones are nearest far from there.
+///@{
+double nearestOfAxis(const Segment& axis, const Segment& other) {
+  return SquaredDistance<double>(axis, other).atClosestByProjection().s;
+}
+double nearestOfAxis(const Segment& axis, const Triangle& t) { return closestPoints(axis, t).s; }
+double nearestOfAxis(const Segment& axis, const Obstacle& obstacle) {
+  return obstacle.kind == Obstacle::Kind::kBox ? closestPoints(axis, obstacle).s
+                                               : nearestToPolytope(axis, obstacle).s;
+}
+///@}
 
 /// A ball of a cone beside a shape. No ball of the cone is nearer than `least`.
 template <class Closest>
@@ -141,7 +155,8 @@ auto search(const Segment& cone, const Other& other, double m, IsEnough&& isEnou
   const Vec3d along = cone.b - cone.a;
   // The lines on both sides of the nearest ball, and those before them.
   Line lines[2] = {{0, -kInfinity, 0}, {1, -kInfinity, 0}}, before[2] = {lines[0], lines[1]};
-  double least = kInfinity, lowest = kInfinity, next = 0;
+  double least = kInfinity, lowest = kInfinity;
+  double next = nearestOfAxis({cone.a, cone.b, 0}, other);
   Ball<decltype(nearestOn(other, cone.a).closest)> best{};
   for (int round = 0; round < kMostRounds; ++round) {
     const double s = next;
@@ -163,17 +178,23 @@ auto search(const Segment& cone, const Other& other, double m, IsEnough&& isEnou
     double crossing =
         (lines[1].gapAt(lines[0].at) - lines[0].gap) / (lines[0].slope - lines[1].slope);
     crossing = lines[0].at + std::min(std::max(crossing, 0.0), width);
-    best.least = std::min({least, lines[0].gapAt(crossing), lines[1].gapAt(crossing)});
+    const double of_both = std::min(lines[0].gapAt(crossing), lines[1].gapAt(crossing));
+    const double of_line = std::min(line.gapAt(lines[0].at), line.gapAt(lines[1].at));
+    best.least = std::min(least, std::max(of_both, of_line));
     if (isEnough(best) || width <= kEps) break;
+    const Line& opposite = lines[1 - side];
     if (round == 0) {
-      next = 1;
-      continue;
+      next = nearestOn(cone, center + near.closest.apart).closest.t;
+    } else if (!opposite.isKnown()) {
+      next = line.rootWith(before[side]);
+    } else {
+      // The slope may jump, or change on one side alone. There it is the steeper one.
+      const int steep = lines[1].slope > -lines[0].slope ? 1 : 0;
+      const Line& second = before[steep].isKnown() ? before[steep] : lines[1 - steep];
+      next = round % 2 == 0 ? lines[steep].rootWith(second) : crossing;
     }
-    // The slope may jump, or change on one side alone. There it is the steeper one.
-    const int steep = lines[1].slope > -lines[0].slope ? 1 : 0;
-    const Line& second = before[steep].isKnown() ? before[steep] : lines[1 - steep];
-    next = round % 2 == 1 ? lines[steep].rootWith(second) : crossing;
-    if (!(next > lines[0].at && next < lines[1].at)) next = lines[0].at + 0.5 * width;
+    if (next > lines[0].at && next < lines[1].at) continue;
+    next = opposite.isKnown() ? lines[0].at + 0.5 * width : opposite.at;
   }
   return best;
 }
