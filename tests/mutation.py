@@ -364,7 +364,7 @@ FAULTS = [
           "geometry/cone_distance.cpp", "const int side = line.slope > 0 ? 1 : 0;",
           "const int side = line.slope > 0 ? 0 : 1;", "geometry_test"),
     Fault("lines below the distances of cones pass for lines above", "geometry/cone_distance.cpp",
-          "lines[0].gapAt(crossing), lines[1].gapAt(crossing)});", "lines[0].gap, lines[1].gap});",
+          "lines[0].gapAt(crossing), lines[1].gapAt(crossing));", "lines[0].gap, lines[1].gap);",
           "geometry_test"),
     Fault("a cone in motion has the radius of its first end", "geometry/obstacle_impact.cpp",
           "{p.start.radiusAtB(), p.end.radiusAtB()}", "{p.start.radiusAtA(), p.end.radiusAtA()}",

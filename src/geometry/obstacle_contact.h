@@ -39,7 +39,8 @@ struct ObstacleContact {
 /// Of a rounded cone the ball that is closest counts, or the one that leaves the obstacle last. The
 /// shortest way of the cone out of a box is across a face, or across an edge while both ends reach
 /// as far. There is one more if the axis reaches into the box, but the nearest ball is beside it:
-/// the way from the box to this ball. Each face may be left to both sides, and a plane is left to
+/// the way from the box to this ball, which is longer than the shortest by no more than the
+/// normal's error times the sum above. Each face may be left to both sides, and a plane is left to
 /// the side that takes the shorter way.
 ///
 /// The contact with a triangle is that of triangleContact(), and that with an axis that of two

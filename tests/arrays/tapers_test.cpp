@@ -65,7 +65,7 @@ class Fibers {
     std::vector<Eigen::Vector3d> points;
     const double nothing = std::numeric_limits<double>::quiet_NaN();
     for (int f = 0; f < fibers; ++f) {
-      const std::size_t count = f % 7 == 3 ? f / 7 : 2 + random.below(7);
+      const std::size_t count = f % 7 == 3 ? static_cast<std::size_t>(f) / 7 : 2 + random.below(7);
       const bool is_closed = count > 4 && random.below(2) == 0;
       Eigen::Vector3d p = random.inCube(0.3);
       fiber_radii_.push_back(static_cast<S>(random.between(0, 0.04)));

@@ -201,7 +201,8 @@ TEST(Judge, FindsWhatTouchesInAStep) {
   const auto at = [&](std::size_t i, double time) {
     test::Point p;
     for (std::size_t k = 0; k < 3; ++k) {
-      p[k] = (1 - time) * scene.fibers.points[i][k] + time * scene.end[0].points[i][k];
+      p[static_cast<Eigen::Index>(k)] =
+          (1 - time) * scene.fibers.points[i][k] + time * scene.end[0].points[i][k];
     }
     return p;
   };
