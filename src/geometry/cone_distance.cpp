@@ -70,7 +70,8 @@ struct Near {
 /// because the rounding of points would show in it if they are near.
 Near<ClosestPoints> nearestOn(const Segment& s, const Vec3d& center) {
   const Vec3d w = center - s.a, v = s.b - s.a;
-  const double vv = squaredNorm(v), rest = vv - s.taper * s.taper;
+  // Beside a pair's size rounding hides a length whose squares underflow.
+  const double vv = squaredNorm(v), rest = vv < 0x1p-450 ? 0 : vv - s.taper * s.taper;
   double t = s.taper > 0 ? 1 : 0;
   Vec3d direction{0, 0, 0};
   if (rest > 0) {
@@ -169,7 +170,8 @@ auto search(const Segment& cone, const Other& other, double m, IsEnough&& isEnou
     // Of balls that rounding cannot tell apart the last one has the best direction.
     lowest = std::min(lowest, distance);
     if (distance <= lowest + 4 * kEps * m) best = {s, near, distance, 0, line.slope};
-    best.least = least = std::min(least, gap);
+    if (!(gap >= least)) least = gap;  // or is no number, so that it holds nothing apart
+    best.least = least;
     const int side = line.slope > 0 ? 1 : 0;
     before[side] = lines[side];
     lines[side] = line;
@@ -224,7 +226,7 @@ struct Pair {
   /// The direction is as certain as the length of the way lets it be.
   auto nearestBall() const {
     return search(cone, other, size, [m = size](const auto& b) {
-      return b.distance - b.least <= 32 * kEps * m &&
+      return b.distance - b.least <= 16 * kEps * m &&
              std::fabs(b.slope) * b.near.length <= 2 * kEps * m * (m + b.near.length);
     });
   }

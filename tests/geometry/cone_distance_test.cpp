@@ -33,7 +33,12 @@ Segment randomCone(Random& random) {
   const double length = random.below(8) == 0 ? 0 : magnitude(random, 1e-6);
   const Vec3d a = fromEigen(random.inCube(1)), along = fromEigen(random.direction());
   const double radius = magnitude(random, 1e-4);
-  switch (random.below(5)) {
+  const double tiny = magnitude(random, std::numeric_limits<double>::denorm_min());
+  const double least = random.below(2) == 0 ? 0 : radius;
+  switch (random.below(6)) {
+    case 5:  // a ball, or all but one
+      return Segment::cone({0, 0, 0}, tiny * fromEigen(random.direction()), least,
+                           least + tiny * random.between(0, 2));
     case 0:  // one end is a point
       return Segment::cone(a, a + length * along, 0, radius);
     case 1:  // one ball may hold the other

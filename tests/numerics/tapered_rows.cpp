@@ -69,12 +69,12 @@ Assembly<S> wideCones(std::uint64_t seed) {
   return fibers;
 }
 
-/// Radii, lengths and ways from the origin from 1e-12 to 1, each of any magnitude.
+/// Radii, lengths and ways from the origin from 10^-decades to 1, each of any magnitude.
 template <typename S>
-Assembly<S> needlesAndBalls(std::uint64_t seed) {
+Assembly<S> needlesAndBalls(double decades, std::uint64_t seed) {
   Random random(seed);
   Assembly<S> fibers = noCones<S>();
-  const auto magnitude = [&] { return std::pow(10.0, -random.between(0, 12)); };
+  const auto magnitude = [&] { return std::pow(10.0, -random.between(0, decades)); };
   for (int i = 0; i < 300; ++i) {
     const Point a = magnitude() * toPoint(random.direction());
     const double length = magnitude(), radius = 0.1 * magnitude();
@@ -194,7 +194,9 @@ std::vector<ExtremeRow<S>> taperedRows() {
       withRadii(lattice<S>(1, 33), {0, 0, 1}, 34));
   add("Wide", "as wide as long, one ulp less and more, and wider", wideCones<S>(35));
   add("Over12Decades", "needles, cones and balls, radii and lengths from 1e-12 to 1",
-      needlesAndBalls<S>(36));
+      needlesAndBalls<S>(12, 36));
+  add("OverAllDecades", "needles, cones and balls, radii and lengths from the least number to 1",
+      needlesAndBalls<S>(-std::log10(kLeast), 60));
   add("FarSmaller", "radii 1e-12 of the length and 0",
       withRadii(lattice<S>(1, 37), {0, 1e-12}, 38));
   add("ByOneUlp", "whole coordinates, radii 1 and one ulp less and more",
