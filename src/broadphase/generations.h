@@ -169,6 +169,7 @@ class Generations {
   /// Lets searches take the pairs within the main index from a list, until a segment of it changes.
   /// @param live  the pairs that touch as the segments are now; borrowed
   void use(const live::LiveList& live) { live_ = &live; }
+  void forgetList() { live_ = nullptr; }
 
   /// Who gets the pairs of a search: one of the two. A NearestSink gets those at the end of the
   /// step.

@@ -172,6 +172,7 @@ template <typename S>
 void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind,
                           const std::vector<FiberJoint<Object>>& joints) {
   refuseDuringQuery(call);
+  const std::vector<fibers::Joint> joined = jointsOf(call, added, joints);
   if (added.empty()) return;
   // An obstacle with filters of its own neither continues a fiber nor is continued.
   const bool may_continue = kind.categories == tree::kAllCategories;
@@ -187,8 +188,8 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   if (added.size() > kMost - registry_.objects().size()) {
     throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
   }
-  if (const auto duplicate = registry_.add(added, fresh.starts_fiber, kind, fresh.lengths,
-                                           jointsOf(call, added, joints))) {
+  if (const auto duplicate =
+          registry_.add(added, fresh.starts_fiber, kind, fresh.lengths, joined)) {
     throwInvalidArgument(call,
                          nameOf(*duplicate) + " is registered already; register each object once");
   }
@@ -253,8 +254,11 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
   ++(generations_.isYoung(id) ? removed_young_ : removed_);
   const std::size_t in_main = generations_.main().leaves().size();
   if (!keeps_ids || removed_ > std::min(registry_.size(), in_main) / 8) markStale();
-  // The next query finds which fibers are joined still.
-  if (registry_.fibers().hasUnsettledJoints() && state_ == State::kReady) state_ = State::kGrown;
+  if (registry_.fibers().hasUnsettledJoints()) {
+    // The next query finds which fibers are joined still. The list lacks what were neighbours.
+    generations_.forgetList();
+    if (state_ == State::kReady) state_ = State::kGrown;
+  }
   if (registry_.size() == 0) state_ = State::kStale;  // no object is left that could be refused
 }
 

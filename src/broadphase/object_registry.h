@@ -303,8 +303,9 @@ template <typename S>
 bool ObjectRegistry<S>::remove(const Object* object) {
   const bool keeps_ids = !nextRemovalRenumbers();
   if (!keeps_ids) fibers_.reserveForDrop();
-  objects_[static_cast<std::size_t>(find(object))] = nullptr;
-  fibers_.unsettleJoints();  // its fiber may have no object left
+  const SegmentId id = find(object);
+  objects_[static_cast<std::size_t>(id)] = nullptr;
+  fibers_.unsettleJoints(id, Left{objects_});
   managed_.erase(object);
   --size_;
   ++removed_since_renumbering_;

@@ -97,8 +97,13 @@ class FiberTable {
     joints_.emplace_back(p, q);
     joined_.reset();
   }
-  /// Has settleJoints() leave out joints of fibers that have gone since.
-  void unsettleJoints() { joined_.reset(); }
+  /// Has settleJoints() leave out the joints of an id's fiber, if that has no segment left.
+  template <class IsThere>
+  void unsettleJoints(SegmentId id, const IsThere& is_there) {
+    if (!hasJoints()) return;
+    const std::size_t fiber = fiberOf(id);
+    if (!is_there(begin_[fiber], fiberEnd(fiber))) joined_.reset();
+  }
   /// Finds which segments are neighbours because of joints, unless that is known.
   /// @param is_there  whether ids [begin, end), which are a fiber, have a segment. If not, the
   ///                  fiber is not joined to any other.

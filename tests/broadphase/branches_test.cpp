@@ -118,12 +118,14 @@ TYPED_TEST(ManagerBranches, NeighborsCountAlongTheTree) {
   }
 }
 
-// Branches would start at a fiber that is gone, or at another one after many have gone.
+// Branches would start at a fiber that is gone, or at another one after many have gone. A list of
+// pairs would lack those that are no neighbours any more.
 TYPED_TEST(ManagerBranches, ChildrenOfAFiberThatIsGoneStartNowhere) {
   using S = typename TypeParam::Scalar;
   Random random(17);
-  for (const std::uint64_t seed : {4u, 5u}) {
-    const BranchedObjects<S> objects(branchedFibers(seed, 60, 2));
+  for (const double skin : {0.0, 0.0, 0.5}) {
+    if (skin > 0 && TypeParam::kVolume != LeafVolume::kBox) continue;
+    const BranchedObjects<S> objects(branchedFibers(random.below(100), 60, 2));
     FiberPolylines now = objects.scene();
     const auto fiberOf = [&](std::int32_t point) {
       return static_cast<std::size_t>(
@@ -131,7 +133,9 @@ TYPED_TEST(ManagerBranches, ChildrenOfAFiberThatIsGoneStartNowhere) {
           now.point_begin.begin() - 1);
     };
     const auto all = TypeParam::make(branchOptions(0, 0));
-    const auto manager = TypeParam::make(branchOptions(2, 0.1));
+    FiberManagerOptions options = branchOptions(2, 0.1);
+    options.skin = skin;
+    const auto manager = TypeParam::make(options);
     std::vector<bool> is_there(objects.size(), true);
     const auto add = [&](std::size_t f) {
       std::vector<FiberJoint<fcl::CollisionObject<S>>> joints;
@@ -147,6 +151,7 @@ TYPED_TEST(ManagerBranches, ChildrenOfAFiberThatIsGoneStartNowhere) {
     const auto expectRight = [&](const char* when) {
       EXPECT_EQ(objects.pairsOf(*manager), withoutNeighbors(objects.pairsOf(*all), now, 2, 0.1))
           << when;
+      if (skin > 0) manager->update();
     };
     const auto remove = [&](std::size_t f) {
       is_there[f] = false;
@@ -215,6 +220,8 @@ TYPED_TEST(ManagerBranches, WhatIsNoSegmentOfAFiberIsRefused) {
       "names an object that is no segment of a fiber; register that fiber before by "
       "registerFiber()";
   expectRefused({0, nullptr}, no_segment);
+  EXPECT_THROW(manager->registerFiber({}, FiberEnds::kOpen, {}, {}, {{0, loose}}),
+               std::invalid_argument);
   expectRefused({0, loose}, no_segment);
   Scene<S> other;
   expectRefused({0, other.addFiber({{0, 0, 0}, {1, 0, 0}}, 0.1)[0]}, no_segment);
