@@ -24,6 +24,7 @@ struct Ends {
   const FiberArrays<S>& fibers;
   const std::int32_t* at;
   bool are_starts;
+  const char* otherwise;  ///< what to do if the two points differ for a reason
 
   /// What is wrong with that of a fiber; empty if nothing is.
   std::string problem(std::size_t f) const {
@@ -43,7 +44,7 @@ struct Ends {
     if (pointOf(fibers, point) == pointOf(fibers, own)) return {};
     return " at " + placeOf(point) + ", but the fiber " + (are_starts ? "starts" : "ends") +
            " with point " + std::to_string(own) + " at " + placeOf(own) +
-           "; give both the same coordinates, or -1 for none";
+           "; give both the same coordinates, or " + otherwise;
   }
   std::string placeOf(std::size_t point) const {
     const geometry::Vec3d p = pointOf(fibers, point);
@@ -74,8 +75,8 @@ std::vector<std::int32_t> copyOf(const std::int32_t* at, std::size_t count) {
 
 template <typename S>
 Joints checkedJoints(const char* call, const FiberArrays<S>& fibers, parallel::Executor* executor) {
-  requireProper<S>(call, {fibers, fibers.starts_at, true}, executor);
-  requireProper<S>(call, {fibers, fibers.ends_at, false}, executor);
+  requireProper<S>(call, {fibers, fibers.starts_at, true, "-1 for none"}, executor);
+  requireProper<S>(call, {fibers, fibers.ends_at, false, "-1 for none"}, executor);
   return {copyOf(fibers.starts_at, fibers.fiber_count), copyOf(fibers.ends_at, fibers.fiber_count)};
 }
 
@@ -91,7 +92,8 @@ void checkStillJoined(const char* call, const FiberArrays<S>& fibers, const Join
           call, joinedText(nameOf(are_starts), " of fiber ", f, " is ", given[f], ", but was ",
                            keptAt(f), " at the last build(); call build() instead"));
     }
-    requireProper<S>(call, {fibers, kept.empty() ? nullptr : kept.data(), are_starts}, executor);
+    const std::int32_t* const at = kept.empty() ? nullptr : kept.data();
+    requireProper<S>(call, {fibers, at, are_starts, "call build() with -1"}, executor);
   };
   check(fibers.starts_at, joints.starts_at, true);
   check(fibers.ends_at, joints.ends_at, false);
