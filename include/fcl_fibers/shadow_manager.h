@@ -127,7 +127,8 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   ~ShadowManager() override = default;
 
   /// Registers a fiber: by registerFiber() in each FiberCollisionManager, by registerObjects() in
-  /// another one. Pairs of neighbours that the options leave out are no difference.
+  /// another one. Pairs of neighbours that the options leave out are no difference. Groups, rules
+  /// for obstacles and joints have no place here.
   void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen) {
     change(ends == FiberEnds::kOpen ? "registerFiber" : "registerRing", fiber);
   }

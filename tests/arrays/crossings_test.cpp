@@ -3,6 +3,7 @@
 // groups. docs/crossings.md names these tests. Truth is brute force over all segments, with the
 // distances of tests/support/cone_oracle.h and the ways along a graph of all points.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include <map>
 #include <ostream>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -516,6 +518,60 @@ TEST_P(Crossings, MeshesInMotion) {
     }
   }
   EXPECT_GT(times.size(), 5u);
+}
+
+TEST_P(Crossings, ShapesInMotion) {
+  const Fibers start(15, GetParam());
+  Fibers end = start;
+  end.move(0.2);
+  FiberTree tree;
+  tree.build(start.view());
+  tree.update(start.view(), end.view());
+  const auto expectImpacts = [&](const Shape& shape, const auto& ofPoint) {
+    std::map<std::int32_t, double> times;
+    tree.visit(Impacts{}, shape, [&](const ShapeImpact& impact) {
+      EXPECT_TRUE(times.emplace(impact.segment, impact.time).second);
+    });
+    EXPECT_GT(times.size(), 3u);
+    constexpr int kSamples = 32;
+    for (const std::int32_t a : start.segments()) {
+      const auto gapAt = [&](double time) {
+        return distanceTo(between(start.segment(a), end.segment(a), time), ofPoint);
+      };
+      const auto impact = times.find(a);
+      const bool is_found = impact != times.end();
+      if (is_found) {
+        EXPECT_LE(gapAt(impact->second), 1e-9);
+      }
+      for (int i = 0; i <= kSamples; ++i) {
+        const double time = double(i) / kSamples;
+        if (gapAt(time) > -kDoubt) continue;
+        EXPECT_TRUE(is_found && impact->second <= time) << a << " at " << time;
+        break;
+      }
+    }
+  };
+  expectImpacts(SphereShape{{0.1, 0.2, 0.1}, 0.5}, [](const test::Point& x) {
+    return (x - test::Point(0.1L, 0.2L, 0.1L)).norm() - Real(0.5);
+  });
+  expectImpacts(HalfSpaceShape{{0, 0.6, 0.8}, -0.2}, [](const test::Point& x) {
+    return Real(0.6) * x[1] + Real(0.8) * x[2] + Real(0.2);
+  });
+}
+
+TEST_P(Crossings, WrappedSpheresHaveNeitherStepsNorLists) {
+  const Fibers fibers(16, GetParam());
+  FiberTreeOptions options;
+  options.volumes = Volumes::kWrappedSpheres;
+  FiberTree tree(options);
+  tree.build(fibers.view());
+  const auto refusal = [](const std::string& text) {
+    return testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(text));
+  };
+  EXPECT_THAT([&] { tree.update(fibers.view(), fibers.view()); },
+              refusal("wrapped spheres have no motion"));
+  EXPECT_THAT([&] { LivePairs<> live(tree); },
+              refusal("a tree has wrapped spheres; construct it with Volumes::kLayeredBoxes"));
 }
 
 TEST_P(Crossings, LivePairs) {
