@@ -85,10 +85,10 @@ struct Contact : BareContact {
 /// If the axis reaches into a box, the depth is that of the shortest way of the whole capsule out.
 /// It leads out of a half-space, and to the side of a plane on which the middle of the axis is.
 ///
-/// A segment with radii at its points is the hull of two balls. Its contact is that of the ball
-/// between them that is closest to the shape, or in a box or plane, that leaves it last: `s` is the
-/// arc parameter of the ball's center, and the radius is the ball's. It leaves a plane to the side
-/// that takes the shorter way.
+/// A segment with radii at its points is a row of balls, of which one has the contact: the ball
+/// that is closest to the shape, or in a box or plane the one that leaves it last. `s` tells its
+/// center, and its radius is meant. The segment leaves a plane to the side that takes the shorter
+/// way.
 ///
 /// The error of `distance` is at most 32 eps of the sum of the radius, the axis's length, the box's
 /// sides or the sphere's or capsule's radius and length, and the ways from the shape's middle to
@@ -124,8 +124,9 @@ struct ShapeContact {
 /// of it, even if it is tilted; if `solid` is set, until it is out of the solid at this triangle.
 /// The depth in a solid is at least the radius.
 ///
-/// Of a segment whose ends have different radii the ball counts that is nearest to the triangle, or
-/// the one whose center is where the axis crosses: `s` tells its center, and its radius is meant.
+/// Of a segment with radii at its points one ball has the contact: the ball that is nearest to the
+/// triangle, or the one whose center is where the axis crosses. `s` tells its center, and its
+/// radius is meant.
 ///
 /// The normal is perpendicular to the triangle if the axis crosses it, and the motion against it is
 /// the shorter one of the two. If `solid` is set, it is perpendicular too and points into the

@@ -56,10 +56,10 @@ struct FiberObjects {
   std::vector<FiberJoint<Object>> joints;
 };
 
-/// Pairs of points of a scene that are one by starts_at or ends_at, the later one first, in order.
-/// Fibers without segments are left out, and lead from one to the next. Throws
-/// std::invalid_argument if starts_at or ends_at has another size than there are fibers, or tells a
-/// point that is not there.
+/// Pairs of points of a scene that are one by starts_at or ends_at. The later point comes first,
+/// and the pairs ascend. A fiber of one point has no segment: what is joined to it is joined to
+/// each other instead. Throws std::invalid_argument if starts_at or ends_at has another size than
+/// there are fibers, or tells a point that is not there.
 FCL_FIBERS_EXPORT std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(
     const FiberPolylines& scene);
 

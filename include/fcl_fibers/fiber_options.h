@@ -31,10 +31,9 @@ enum class FiberEnds {
 /// A point where a fiber meets one that is registered, such as the first point of a branch of a
 /// neuron or a vessel. Neighbours count along the fibers that are joined so; see
 /// FiberOptions::ignored_neighbors. It does not matter which of the two segments at a point is
-/// named. The fibers stay joined until one of them has no object left. Unlike those of
-/// FiberArrays::starts_at, the places of the two are not compared: an object is moved on its own,
-/// as are two segments that follow each other, and the pose and length of FCL's objects round its
-/// ends.
+/// named. The fibers stay joined until one of them has no object left. The places of the two points
+/// are not compared, as they are for FiberArrays::starts_at, because each object moves on its own
+/// and its pose and length round its ends.
 ///
 ///     manager.registerFiber(trunk);
 ///     manager.registerFiber(branch, FiberEnds::kOpen, {}, {}, {{0, trunk[7]}});

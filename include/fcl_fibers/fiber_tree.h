@@ -68,7 +68,8 @@ struct FiberArrays {
   /// fiber starts at another one. Segments that meet there are adjacent, and neighbours count along
   /// the tree, in loops by the shortest way. Both points have equal coordinates.
   const std::int32_t* starts_at = nullptr;
-  /// The same for the last point of each fiber. So vessels form loops.
+  /// fiber_count numbers: the point of a fiber that the last point of each fiber repeats, or -1 for
+  /// none. So vessels form loops. Null if no fiber ends at another one.
   const std::int32_t* ends_at = nullptr;
   /// fiber_count group numbers, 0 for a fiber without a group. Null if no fiber has one. See
   /// FiberGroup.
@@ -178,8 +179,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
 
   /// Reads the points and radii again after they have changed. Every fiber must have as many points
   /// as at the last build(). S may differ from it. Closed fibers, groups, categories and roots stay
-  /// as they were at that build. So do `starts_at` and `ends_at`, which are null or as they were;
-  /// the points that they have made one must have equal coordinates again.
+  /// as they were at that build. Branches stay, too: `starts_at` and `ends_at` are null or as they
+  /// were. The two points of each branch must have equal coordinates again.
   template <typename S>
   void update(const FiberArrays<S>& fibers);
 
