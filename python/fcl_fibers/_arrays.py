@@ -29,17 +29,31 @@ ONE, PER_FIBER, PER_FIRST_POINT, PER_POINT = range(4)
 
 class PointRadii(np.ndarray):
     """Radii at points: along a segment the radius changes linearly from that of one end to that of
-    the other, so the segment is a rounded cone. They stand wherever radii do; without this class
-    radii are of fibers or segments.
+    the other, so the segment is a rounded cone. They stand wherever radii do. A plain array of n
+    numbers gives the radius of the segment that starts at each point, so segments are capsules.
 
     radii  (n,) numbers, one for each point; or a list of arrays, one for each fiber; or an array
            (fibers, n)
+
+    Slices, operators and NumPy's functions keep the class, np.where and np.copy too, and so does
+    what joins arrays, np.concatenate or np.append, if any of these has it. Plain are
+    np.asarray(radii), np.array(radii), and a sum, mean or maximum of all radii.
     """
 
     def __new__(cls, radii: Any) -> PointRadii:
         is_joined = isinstance(radii, (list, tuple)) and any(np.ndim(r) > 0 for r in radii)
         array = np.concatenate(radii) if is_joined else np.asarray(radii)
         return array.reshape(-1).view(cls)
+
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        found = super().__array_function__(func, types, args, kwargs)
+        # A plain array would be taken for radii of capsules.
+        is_lost = type(found) is np.ndarray and found.ndim > 0 and found.dtype.kind in "fiu"
+        return found.view(PointRadii) if is_lost else found
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        # np.squeeze() takes no scalar from here.
+        return super().__array_wrap__(array, context) if array.ndim > 0 else np.asarray(array)
 
 
 def unmasked(name: str, values: Any) -> np.ndarray:
@@ -259,7 +273,11 @@ def radii_of(radii: Any, points: np.ndarray, offsets: np.ndarray) -> Tuple[np.nd
     if radii is None:
         raise TypeError("radii are missing; give a number, or one for each fiber, segment or point")
     begin, end = begin_and_end(offsets)
-    if isinstance(radii, PointRadii):
+    if isinstance(radii, PointRadii) and radii.ndim > 1:
+        radii = list(radii)
+    if isinstance(radii, (list, tuple)) and any(isinstance(r, PointRadii) for r in radii):
+        radii = joined_point_radii(radii, len(points), begin, end)
+    if isinstance(radii, PointRadii) and radii.ndim > 0:
         if radii.shape != (len(points),):
             raise ValueError(
                 f"radii at points have shape {radii.shape} for {len(points)} points; give one for "
@@ -329,6 +347,28 @@ def joined_radii(parts: Sequence[np.ndarray], points: np.ndarray) -> np.ndarray:
                 f"many, or {segments[f]}, one for each segment"
             )
     raise ValueError("radii are for points in some fibers and for segments in others; choose one")
+
+
+def joined_point_radii(
+    parts: Sequence[Any], point_count: int, begin: np.ndarray, end: np.ndarray
+) -> PointRadii:
+    """The radii at all points, given those of each fiber; they are 0 at points of no fiber."""
+    if len(parts) != len(begin):
+        raise ValueError(f"radii are those of {len(parts)} fibers instead of {len(begin)}")
+    joined = np.zeros(point_count)
+    for f, part in enumerate(parts):
+        if not isinstance(part, PointRadii):
+            raise TypeError(
+                f"radii of fiber {f} are no PointRadii, and those of another fiber are; give "
+                "PointRadii for all fibers or for none"
+            )
+        if part.shape != (end[f] - begin[f],):
+            raise ValueError(
+                f"radii at points of fiber {f} have shape {part.shape}; it has "
+                f"{end[f] - begin[f]} points, so give as many"
+            )
+        joined[begin[f] : end[f]] = numbers("radii", part)
+    return PointRadii(joined)
 
 
 def in_type_of(points: np.ndarray, radii: np.ndarray) -> np.ndarray:

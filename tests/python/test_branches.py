@@ -144,6 +144,88 @@ def test_point_radii_are_those_of_all_points():
     assert not isinstance(tapered.radii, PointRadii)
 
 
+@pytest.mark.parametrize("scalar", [np.float32, np.float64, np.int64])
+def test_what_is_made_of_point_radii_is_at_points(scalar):
+    """A plain array would be taken for radii of capsules, and nothing would tell."""
+    plain = np.arange(1, 5).astype(scalar)
+    radii, mask = PointRadii(plain), np.array([True, False, True, False])
+    for made, expected in [
+        (np.concatenate([radii, radii]), np.tile(plain, 2)),
+        (np.concatenate([plain, radii]), np.tile(plain, 2)),
+        (np.hstack([radii, plain]), np.tile(plain, 2)),
+        (np.append(radii, 7), [*plain, 7]),
+        (np.r_[radii, plain], np.tile(plain, 2)),
+        (np.stack([radii, plain]), [plain, plain]),
+        (np.vstack([plain, radii]), [plain, plain]),
+        (np.where(mask, radii, 7), [1, 7, 3, 7]),
+        (np.where(mask, plain, radii), plain),
+        (np.interp([0.5, 2], np.arange(4), radii), [1.5, 3]),
+        (np.pad(radii, 1, "edge"), [1, *plain, 4]),
+        (np.select([mask], [radii], 7), [1, 7, 3, 7]),
+        (np.copy(radii), plain),
+        (np.maximum(radii[:-1], radii[1:]), [2, 3, 4]),
+        (np.split(radii, 2)[1], [3, 4]),
+        (radii[mask] * 2, [2, 6]),
+    ]:
+        assert type(made) is PointRadii and made.tolist() == np.asarray(expected).tolist()
+    for made in (np.asarray(radii), np.array(radii)):
+        assert type(made) is np.ndarray
+    assert type(np.where(radii > 2)[0]) is np.ndarray
+    assert radii[1] == 2 and np.allclose(radii, plain) is True
+
+
+def test_one_number_of_point_radii_is_one_radius():
+    scene = random_scene(5)
+    radii = PointRadii(scene.radii[0] * np.linspace(1, 2, len(scene.points)))
+    plain, tree = fcl_fibers.FiberTree(**ALL), fcl_fibers.FiberTree(**ALL)
+    plain.build(scene.points, scene.offsets, float(radii[-1]))
+    expected = plain.pairs(None, "segments")
+    assert len(expected) > 0
+    for one in (radii.max(), np.max(radii), np.squeeze(radii[-1:]), radii[-1:].reshape(())):
+        tree.build(scene.points, scene.offsets, one)
+        assert tree.radii.shape == (1,) and not isinstance(tree.radii, PointRadii)
+        assert (tree.pairs(None, "segments") == expected).all()
+    # A maximum is at no point, and neither is what is made of it.
+    tree.build(scene.points, scene.offsets, radii.max() * np.ones(len(scene.offsets) - 1))
+    assert not isinstance(tree.radii, PointRadii)
+    assert (tree.pairs(None, "segments") == expected).all()
+
+
+def test_lists_of_point_radii():
+    rng = np.random.default_rng(11)
+    points, offsets = rng.uniform(size=(9, 3)), np.array([0, 4, 4, 9])
+    radii = rng.uniform(0.01, 0.5, 9)
+    parts = [PointRadii(part) for part in np.split(radii, offsets[1:-1])]
+    fibers = np.split(points, offsets[1:-1])
+    tree = fcl_fibers.FiberTree(**ALL)
+    for given in (parts, tuple(parts)):
+        tree.build(fibers, radii=given)
+        assert isinstance(tree.radii, PointRadii) and (tree.radii == radii).all()
+    tree.update(points, radii=[2 * part for part in parts])
+    assert isinstance(tree.radii, PointRadii) and (tree.radii == 2 * radii).all()
+    single = [part.astype(np.float32) for part in parts]
+    tree.build(points.astype(np.float32), offsets, single)
+    assert (tree.radii == radii.astype(np.float32)).all()
+    # Points between fibers have radii that nobody reads.
+    tree.build(points, [(0, 4), (5, 9)], [parts[0], parts[2][1:]])
+    assert (np.delete(tree.radii, 4) == np.delete(radii, 4)).all()
+    tree.build(points[:8].reshape(2, 4, 3), radii=np.stack([parts[0], parts[2][:4]]))
+    assert isinstance(tree.radii, PointRadii) and (tree.radii == radii[:8]).all()
+    before = np.array(tree.radii)
+    plain = [np.asarray(part) for part in parts]
+    for given, error, text in [
+        ([*parts[:2], plain[2]], TypeError, "radii of fiber 2 are no PointRadii, and those of ano"),
+        ([*plain[:2], parts[2]], TypeError, "radii of fiber 0 are no PointRadii, and those of ano"),
+        ([0.5, *parts[1:]], TypeError, "radii of fiber 0 are no PointRadii, and those of another"),
+        (parts[:2], ValueError, "radii are those of 2 fibers instead of 3"),
+        ([*parts[:2], parts[2][1:]], ValueError, r"fiber 2 have shape \(4,\); it has 5 points, so"),
+        (np.stack([parts[0]] * 3), ValueError, r"fiber 1 have shape \(4,\); it has 0 points, so"),
+    ]:
+        with pytest.raises(error, match=text):
+            tree.build(fibers, radii=given)
+        assert (tree.radii == before).all()
+
+
 def test_point_radii_have_to_fit():
     points, offsets = np.random.default_rng(7).uniform(size=(7, 3)), [0, 4, 7]
     tree = fcl_fibers.FiberTree()
