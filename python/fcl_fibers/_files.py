@@ -30,8 +30,9 @@ class Fibers(_Arrays):
     radii    a number; PointRadii (n,), between which segments taper; or None if the file has none
     closed   (fibers,) bool, or None if no fiber is closed
 
-    Not among these four are the following, each None if the file has none. write(path, fibers)
-    keeps them, and show(fibers) knows the branches.
+    Not among these four are the following, each None if the file has none. build(fibers) and
+    show(fibers) know the branches, and build(*fibers) does not. write(path, fibers) writes all four
+    to a .vtp file, and fibers._replace() and copies keep them.
 
     starts_at  (fibers,) int32: the point of a fiber that the first point of each repeats, or -1, as
                in FiberTree.build()
@@ -45,6 +46,15 @@ class Fibers(_Arrays):
     ends_at: Optional[np.ndarray] = None
     samples: Optional[np.ndarray] = None
     types: Optional[np.ndarray] = None
+
+    def _replace(self, **arrays: Any) -> Fibers:
+        """Fibers with other arrays, also in the place of those that are not among the four."""
+        more = {name: arrays.pop(name, getattr(self, name)) for name in Fibers.__annotations__}
+        fibers = super()._replace(**arrays)
+        vars(fibers).update(more)
+        return fibers
+
+    __replace__ = _replace  # of copy.replace()
 
 
 class FiberFileWarning(UserWarning):

@@ -139,6 +139,40 @@ def test_branches_and_samples(tmp_path):
             fcl_fibers.write(out, broken)
 
 
+def neuron_of(folder):
+    path = folder / "neuron.swc"
+    path.write_text("1 1 0 0 0 3 -1\n2 3 1 0 0 .5 1\n5 3 2 0 0 3 2\n4 2 1 1 0 1 2\n")
+    return path
+
+
+def test_copies_keep_branches_and_samples(tmp_path):
+    fibers = fcl_fibers.read(neuron_of(tmp_path))
+    more = ("starts_at", "ends_at", "samples", "types")
+    assert [getattr(fibers, name) is None for name in more] == [False, True, False, False]
+    copies = [
+        copy.copy(fibers),
+        copy.deepcopy(fibers),
+        fibers._replace(),
+        fibers._replace(radii=2 * fibers.radii),
+        fibers.__replace__(radii=0.5),  # as copy.replace() of Python 3.13
+        *(pickle.loads(pickle.dumps(fibers, level)) for level in range(6)),
+    ]
+    for found in copies:
+        assert type(found) is fcl_fibers.Fibers and (found.points == fibers.points).all()
+        for name in more:
+            assert np.array_equal(getattr(found, name), getattr(fibers, name)), name
+    assert (copies[3].radii == 2 * fibers.radii).all()
+    assert isinstance(copies[3].radii, fcl_fibers.PointRadii)
+    for name in more:
+        found = fibers._replace(closed=None, **{name: [7]})
+        assert getattr(found, name) == [7]
+        for other in set(more) - {name}:
+            assert getattr(found, other) is getattr(fibers, other)
+        assert not np.array_equal(getattr(fibers, name), [7])
+    with pytest.raises((TypeError, ValueError), match="radius"):
+        fibers._replace(radius=1)
+
+
 def test_where_radii_are(tmp_path):
     text = tmp_path / "points.txt"
     text.write_text("0 0 0 .5 1\n1 0 0 .5 1\n")
