@@ -58,7 +58,7 @@ class Fibers(_Arrays):
 
 
 class FiberFileWarning(UserWarning):
-    """What a user of a file should know, such as bytes that nothing tells the meaning of."""
+    """What a user of a file should know: bytes that nothing tells the meaning of, what is lost."""
 
 
 def read(
@@ -137,8 +137,9 @@ def write(
 
     Fibers are passed as read() returns them, write(path, fibers), or as to FiberTree.build(). Files
     hold PointRadii; of radii of segments, a point gets the larger one of its two. Branches, samples
-    and types are those of Fibers, and .vtp alone has a place for them. Text has none for radii, and
-    .hair rounds to float32. Both refuse fibers without points. Points of no fiber are left out.
+    and types are those of Fibers, and .vtp alone has a place for them; where they are lost, a
+    FiberFileWarning tells so. Text has no place for radii, and .hair rounds to float32. Both refuse
+    fibers without points. Points of no fiber are left out.
     """
     more: List[Optional[ArrayLike]] = [None] * 4
     radii = _arrays.one_of(radius, radii)
@@ -166,6 +167,15 @@ def write(
     empty = np.flatnonzero(begin[1:] == begin[:-1])
     if len(empty) > 0 and ending != ".vtp":
         raise ValueError(f"fiber {empty[0]} has no points; leave it out, or write a .vtp file")
+    has_branches = any(joins is not None and (joins >= 0).any() for joins in (starts_at, ends_at))
+    if ending != ".vtp" and (has_branches or samples is not None or types is not None):
+        kind_of_file = "text" if ending == ".txt" else ending
+        warnings.warn(
+            f"{path}: {kind_of_file} has no place for branches, samples and types; write .vtp to "
+            "keep them",
+            FiberFileWarning,
+            stacklevel=2,
+        )
     numbers = _core.Numbers(array, values, kind)
     target = os.path.realpath(path)  # a link stays one
     draft = os.path.join(os.path.dirname(target), f".fibers-{secrets.token_hex(8)}{ending}")

@@ -8,6 +8,9 @@ import pathlib
 import pickle
 import resource
 import stat
+import subprocess
+import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -74,6 +77,7 @@ def test_kinds_of_radii(tmp_path, ending):
     assert fcl_fibers.read(path, radius=3).radii == 3.0
 
 
+@pytest.mark.filterwarnings("ignore:.*has no place for branches")
 @pytest.mark.parametrize("ending", ["vtp", "hair"])
 def test_radii_at_points(tmp_path, ending):
     """A narrow place of one point would be lost where fibers are read and written."""
@@ -171,6 +175,33 @@ def test_copies_keep_branches_and_samples(tmp_path):
         assert not np.array_equal(getattr(fibers, name), [7])
     with pytest.raises((TypeError, ValueError), match="radius"):
         fibers._replace(radius=1)
+
+
+@pytest.mark.parametrize("ending", ["hair", "txt"])
+def test_a_file_without_branches_and_samples_is_warned_of(tmp_path, ending):
+    source, out = neuron_of(tmp_path), tmp_path / f"out.{ending}"
+    # Python's warning is that of the program.
+    command = [sys.executable, "-m", "fcl_fibers", "convert", source, out]
+    told = subprocess.run(command, check=True, text=True, stderr=subprocess.PIPE).stderr
+    text = "has no place for branches, samples and types; write .vtp to keep them"
+    fibers = fcl_fibers.read(source)
+    bare = fibers._replace(**dict.fromkeys(vars(fibers)))
+    for name, array in vars(fibers).items():
+        if array is None:
+            continue
+        with pytest.warns(fcl_fibers.FiberFileWarning, match=text) as caught:
+            fcl_fibers.write(out, bare._replace(**{name: array}))
+        assert len(caught) == 1 and caught[0].filename == __file__
+        assert str(caught[0].message) in told
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fcl_fibers.write(tmp_path / "out.vtp", fibers)
+        fcl_fibers.write(out, *fibers)
+        fcl_fibers.write(out, bare._replace(starts_at=[-1] * 3, ends_at=[-1] * 3))
+        before = out.read_bytes()
+        with pytest.raises(fcl_fibers.FiberFileWarning):
+            fcl_fibers.write(out, fibers._replace(points=fibers.points + 1))
+    assert out.read_bytes() == before
 
 
 def test_where_radii_are(tmp_path):
