@@ -42,9 +42,9 @@ def make_neuron(path, soma, seed):
 
 
 def read(path):
-    # A branch is a fiber: from a root or a branching point to the next one, or to a tip.
+    # A fiber runs from a root or a branching point to the next one, or to a tip.
     fibers = fcl_fibers.read(path)
-    print(f"{Path(path).name}: {len(fibers.offsets) - 1} branches, {len(fibers.points)} points")
+    print(f"{Path(path).name}: {len(fibers.offsets) - 1} fibers, {len(fibers.points)} points")
     return fibers
 
 
@@ -71,8 +71,9 @@ for contact in contacts[np.argsort(contacts["distance"])][:3]:
 # [less]
 tree.build(*one)
 print(f"{len(tree.pairs())} if the branches are left out")
-thick = np.append(np.maximum(one.radii[:-1], one.radii[1:]), 0)  # of the segments at the points
-tree.build(one.points, one.offsets, np.asarray(thick), starts_at=one.starts_at)
+thick = np.append(np.maximum(one.radii[:-1], one.radii[1:]), 0)  # PointRadii, as one.radii are
+thick = np.asarray(thick)  # of the segment that starts at each point
+tree.build(one.points, one.offsets, thick, starts_at=one.starts_at)
 print(f"{len(tree.pairs())} if the tapers are")
 # [less]
 
@@ -82,12 +83,12 @@ tree.build(one)
 partner.build(other)
 contacts = tree.contacts(partner, order="fibers")
 pairs = fcl_fibers.fiber_pairs(contacts)
-print(f"{len(pairs)} pairs of branches come within {NEAR} of each other")
+print(f"{len(pairs)} pairs of fibers come within {NEAR} of each other")
 for pair in pairs[np.argsort(contacts["distance"][pairs["deepest"]])][:5]:
     nearest = contacts[pair["deepest"]]
     x, y, z = nearest["point_a"]
     print(
-        f"branches {pair['fiber_a']} and {pair['fiber_b']}: {pair['count']} pairs of segments; "
+        f"fibers {pair['fiber_a']} and {pair['fiber_b']}: {pair['count']} pairs of segments; "
         f"the least distance is {nearest['distance']:.2f} at ({x:.1f}, {y:.1f}, {z:.1f})"
     )
 # [places]
