@@ -209,7 +209,6 @@ class VtpParser {
       for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
         const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
         if (begin == end) continue;
-        // The seam of a closed curve is inside of it.
         const bool closes = end - begin > 3 && ids_[begin] == ids_[end - 1];
         visit(f, begin, end - 1, closes);
       }
@@ -219,10 +218,13 @@ class VtpParser {
       std::int32_t& owner = owners[ids_[i]];
       if (owner == kNone) owner = static_cast<std::int32_t>(i);
     };
-    forFibers([&](std::size_t, std::size_t first, std::size_t last, bool closes) {
-      for (std::size_t i = first + (closes ? 0 : 1); i < last; ++i) own(i);
+    forFibers([&](std::size_t, std::size_t first, std::size_t last, bool) {
+      for (std::size_t i = first + 1; i < last; ++i) own(i);
     });
-    forFibers([&](std::size_t, std::size_t, std::size_t last, bool) { own(last); });
+    // A curve that closes ends at its seam, which is one point of it.
+    forFibers([&](std::size_t, std::size_t first, std::size_t last, bool closes) {
+      own(closes ? first : last);
+    });
     forFibers([&](std::size_t, std::size_t first, std::size_t, bool) { own(first); });
 
     const auto find = [&](std::vector<std::int64_t>& named, bool are_starts) {
@@ -230,7 +232,7 @@ class VtpParser {
       named.resize(found.size(), kNone);
       forFibers([&](std::size_t f, std::size_t first, std::size_t last, bool closes) {
         const std::size_t i = are_starts ? first : last;
-        if (closes || (are_named && named[f] == kNone)) return;
+        if ((closes && !are_starts) || (are_named && named[f] == kNone)) return;
         const std::int32_t at = owners[are_named ? static_cast<std::size_t>(named[f]) : ids_[i]];
         if (at == kNone || at == static_cast<std::int32_t>(i)) return;
         if (scene.points[static_cast<std::size_t>(at)] != scene.points[i]) {

@@ -276,6 +276,20 @@ TEST(VtpTest, LinesThatShareAPointBranch) {
   EXPECT_THAT(closed.closed, ElementsAre(1, 0));
   EXPECT_THAT(closed.starts_at, ElementsAre(-1, 0));
   EXPECT_THAT(closed.ends_at, IsEmpty());
+  // A ring starts at what passes or ends at its seam, whichever comes first, and at no seam of its
+  // own. What else is there starts or ends at the ring.
+  const FiberPolylines trunk = read(linesOf("0 1 2 0 3 0 4", "4 7", 2));
+  EXPECT_THAT(trunk.starts_at, ElementsAre(5, -1));
+  EXPECT_THAT(trunk.ends_at, IsEmpty());
+  const FiberPolylines eight = read(linesOf("0 1 2 0 0 3 4 0", "4 8", 2));
+  EXPECT_THAT(eight.closed, ElementsAre(1, 1));
+  EXPECT_THAT(eight.starts_at, ElementsAre(-1, 0));
+  EXPECT_THAT(eight.ends_at, IsEmpty());
+  EXPECT_THAT(read(linesOf("0 1 2 0 3 0", "4 6", 2)).ends_at, ElementsAre(-1, 0));
+  const FiberPolylines after = read(linesOf("3 0 0 1 2 0", "2 6", 2));
+  EXPECT_THAT(after.starts_at, ElementsAre(-1, 1));
+  EXPECT_THAT(after.ends_at, IsEmpty());
+  EXPECT_THAT(read(linesOf("0 1 2 0 1 3 4 1", "4 8", 2)).starts_at, ElementsAre(-1, 1));
   // Lines may start at each other in a circle.
   const FiberPolylines loop = read(linesOf("0 1 2 2 3 0 0 4", "3 6 8", 3));
   EXPECT_THAT(loop.starts_at, ElementsAre(5, 2, 5));
