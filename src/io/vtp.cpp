@@ -58,7 +58,7 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-constexpr std::int32_t kNone = -1;
+constexpr std::int32_t kNone = -1, kNowhere = -2;
 
 class VtpParser {
  public:
@@ -86,7 +86,14 @@ class VtpParser {
     }
     scene.samples = byPoint(std::move(samples_));
     scene.types = byPoint(std::move(types_));
-    findBranches();
+    if (const char* const misfit = findBranches()) {
+      parsed_.warn("Cell data '", misfit, "' does not fit the points, perhaps because a filter ",
+                   "renumbered them; fibers branch only where their lines share a point, so merge ",
+                   "points at the same place, as ParaView's Clean does, or read the file from ",
+                   "before the filter.");
+      starts_at_ = ends_at_ = {};
+      findBranches();
+    }
     return std::move(parsed_);
   }
 
@@ -137,12 +144,8 @@ class VtpParser {
     const auto addNamedPoints = [&](const char* name, std::vector<std::int64_t>& all) {
       add("CellData", name, lines_read_, all);
       for (std::size_t i = lines_read_; i < all.size(); ++i) {
-        if (all[i] == kNone) continue;
-        if (all[i] < 0 || static_cast<std::uint64_t>(all[i]) >= points.size()) {
-          file_.refuse(named(piece, "CellData", name), "there is point ", all[i], " of ",
-                       points.size());
-        }
-        all[i] += static_cast<std::int64_t>(id_count_);
+        if (all[i] >= static_cast<std::int64_t>(points.size())) all[i] = kNowhere;
+        if (all[i] >= 0) all[i] += static_cast<std::int64_t>(id_count_);
       }
     };
     addNamedPoints(vtp::kStartsAt, starts_at_);
@@ -198,13 +201,14 @@ class VtpParser {
   /// A fiber starts or ends at another one where its arrays name a point of that, or where its line
   /// begins or ends with a point of another line. Of the lines that share a point, the one inside
   /// of which it is has it, or else the first one that ends there, or else that begins there.
-  void findBranches() {
+  /// Returns the name of an array that names no point of another place in a line, if there is one.
+  const char* findBranches() {
     FiberPolylines& scene = parsed_.fibers;
     const bool are_named = !starts_at_.empty() || !ends_at_.empty();
     const bool share =
         std::adjacent_find(ids_.begin(), ids_.end(), std::greater_equal<>()) != ids_.end();
     constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
-    if ((!share && !are_named) || ids_.size() > kMost) return;
+    if ((!share && !are_named) || ids_.size() > kMost) return nullptr;
     const auto forFibers = [&](auto&& visit) {
       for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
         const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
@@ -213,7 +217,7 @@ class VtpParser {
         visit(f, begin, end - 1, closes);
       }
     };
-    std::vector<std::int32_t> owners(id_count_, kNone);
+    std::vector<std::int32_t> owners(id_count_ + 1, kNone);  // the last one is that of no point
     const auto own = [&](std::size_t i) {
       std::int32_t& owner = owners[ids_[i]];
       if (owner == kNone) owner = static_cast<std::int32_t>(i);
@@ -227,25 +231,28 @@ class VtpParser {
     });
     forFibers([&](std::size_t, std::size_t first, std::size_t, bool) { own(first); });
 
-    const auto find = [&](std::vector<std::int64_t>& named, bool are_starts) {
+    const char* misfit = nullptr;
+    const auto find = [&](const char* name, std::vector<std::int64_t>& named, bool are_starts) {
       std::vector<std::int32_t> found(scene.fiberCount(), kNone);
       named.resize(found.size(), kNone);
       forFibers([&](std::size_t f, std::size_t first, std::size_t last, bool closes) {
         const std::size_t i = are_starts ? first : last;
-        if ((closes && !are_starts) || (are_named && named[f] == kNone)) return;
-        const std::int32_t at = owners[are_named ? static_cast<std::size_t>(named[f]) : ids_[i]];
-        if (at == kNone || at == static_cast<std::int32_t>(i)) return;
-        if (scene.points[static_cast<std::size_t>(at)] != scene.points[i]) {
-          file_.refuse(file_.root(), "fiber ", f, are_starts ? " starts" : " ends",
-                       " at another place than the point that its line names");
+        if (are_named ? named[f] == kNone : closes && !are_starts) return;
+        const auto id = are_named ? static_cast<std::size_t>(named[f]) : ids_[i];
+        const std::int32_t at = owners[std::min(id, id_count_)];
+        if (at != kNone && at != static_cast<std::int32_t>(i) &&
+            scene.points[static_cast<std::size_t>(at)] == scene.points[i]) {
+          found[f] = at;
+        } else if (are_named) {
+          misfit = name;
         }
-        found[f] = at;
       });
       if (std::count(found.begin(), found.end(), kNone) == std::ptrdiff_t(found.size())) found = {};
       return found;
     };
-    scene.starts_at = find(starts_at_, true);
-    scene.ends_at = find(ends_at_, false);
+    scene.starts_at = find(vtp::kStartsAt, starts_at_, true);
+    scene.ends_at = find(vtp::kEndsAt, ends_at_, false);
+    return misfit;
   }
 
   pugi::xml_node pointArray(const pugi::xml_node& piece) const {

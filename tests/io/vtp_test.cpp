@@ -306,17 +306,43 @@ TEST(VtpTest, LinesThatShareAPointBranch) {
   EXPECT_THAT(read(replaced(file, piece, piece + piece)).starts_at, IsEmpty());
 }
 
-TEST(VtpTest, NamedPointsAreOfTheFile) {
-  // If this fails, a damaged file names points that are not there.
-  const auto withStarts = [](const std::string& numbers) {
-    return withCellData(textFile(), arrayOf("Int32", "starts_at", numbers));
+TEST(VtpTest, NamesThatDoNotFitThePointsAreNotRead) {
+  // If this fails, what a filter of ParaView makes of an exported file is refused, or its branches
+  // are lost without a word.
+  const std::string shared =
+      replaced(replaced(textFile(), "0 1 2 0 3 4", "0 1 2 1 3"), "\t4 6", "3 5");
+  const auto with = [](const std::string& file, const std::string& name,
+                       const std::string& numbers) {
+    return withCellData(file, arrayOf("Int32", name, numbers));
   };
-  EXPECT_TRUE(parsesSafely(withStarts("-1 -1"), kVtp));
-  expectRefusal(withStarts("-1 5"), kVtp, "byte 212", "there is point 5 of 5");
-  expectRefusal(withStarts("-2 -1"), kVtp, "byte 212", "there is point -2 of 5");
-  expectRefusal(withStarts("-1 1"), kVtp, "byte 0: VTKFile",
-                "fiber 1 starts at another place than the");
-  expectRefusal(withStarts("-1"), kVtp, "byte 212", "there are 1 numbers, but 2 cells");
+  const FiberFile fits = parse(with(shared, "ends_at", "-1 -1"));
+  EXPECT_THAT(fits.warnings, IsEmpty());
+  EXPECT_THAT(fits.fibers.starts_at, IsEmpty());
+  // Beyond the points, no number of a point, of another place, of no line, and its own point.
+  for (const char* name : {"starts_at", "ends_at"}) {
+    for (const char* at : {"5", "9000000000", "-2", "-9000000000", "0", "4"}) {
+      const std::string bytes = with(shared, name, std::string("-1 ") + at);
+      EXPECT_TRUE(parsesSafely(bytes, kVtp));
+      const FiberFile file = parse(replaced(bytes, "Int32\" Name=\"" + std::string(name),
+                                            "Int64\" Name=\"" + std::string(name)));
+      EXPECT_THAT(file.fibers.starts_at, ElementsAre(-1, 1)) << at;
+      EXPECT_THAT(file.fibers.ends_at, IsEmpty());
+      EXPECT_THAT(file.warnings,
+                  ElementsAre(testing::AllOf(
+                      testing::StartsWith("Cell data '" + std::string(name) + "' does not fit"),
+                      testing::HasSubstr("merge points at the same place"))));
+    }
+  }
+  const FiberFile own = parse(with(textFile(), "starts_at", "-1 3"));
+  EXPECT_THAT(own.warnings, testing::SizeIs(1));
+  EXPECT_THAT(own.fibers.starts_at, IsEmpty());
+  // Points of no line may be where a fiber starts, and those of another piece are others.
+  EXPECT_THAT(parse(with(replaced(shared, "7 8 9", "1 0 0"), "starts_at", "-1 4")).warnings,
+              testing::SizeIs(1));
+  const std::string piece = pieceOf(with(shared, "starts_at", "-1 5"));
+  EXPECT_THAT(parse(replaced(shared, pieceOf(shared), piece + piece)).warnings, testing::SizeIs(1));
+  expectRefusal(with(textFile(), "starts_at", "-1"), kVtp, "byte 212",
+                "there are 1 numbers, but 2 cells");
 }
 
 TEST(VtpTest, WarnsOfArraysThatMayBeRadii) {
