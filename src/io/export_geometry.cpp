@@ -16,6 +16,7 @@
 #include "bytes.h"
 #include "io/file_bytes.h"
 #include "io/point_radii.h"
+#include "io/require_scene.h"
 #include "io/vectors.h"
 #include "io/vtp_file.h"
 #include "joined_text.h"
@@ -182,6 +183,7 @@ void addVolume(Mesh& mesh, const Mesh& unit, const TreeVolume& volume) {
 }  // namespace
 
 void exportFibers(const std::string& path, const FiberPolylines& scene) {
+  requireScene("exportFibers", scene);
   Mesh mesh{kLines, scene.points};
   mesh.corners.resize(scene.points.size());
   std::iota(mesh.corners.begin(), mesh.corners.end(), std::size_t{0});
@@ -199,6 +201,7 @@ void exportFibers(const std::string& path, const FiberPolylines& scene) {
 
 void exportSegments(const std::string& path, const FiberPolylines& scene,
                     const std::vector<unsigned char>& touching) {
+  requireScene("exportSegments", scene);
   if (touching.size() != scene.points.size()) {
     throw std::invalid_argument(joinedText("exportSegments: touching has ", touching.size(),
                                            " numbers, but the scene has ", scene.points.size(),

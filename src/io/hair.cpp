@@ -12,6 +12,7 @@
 #include "io/file_bytes.h"
 #include "io/formats.h"
 #include "io/point_radii.h"
+#include "io/require_scene.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -36,8 +37,7 @@ double radiusOf(const ByteReader& file, std::uint64_t at, const char* what, floa
 }
 
 void requireHair(const FiberPolylines& scene) {
-  requireFiberRanges("writeHair", scene);
-  requireRadii<double>("writeHair", scene);
+  requireScene("writeHair", scene);
   if (scene.fiberCount() == 0) {
     refuseArgument("writeHair", "the number of fibers", 0, "give at least one");
   }

@@ -199,5 +199,61 @@ TEST_F(ExportTest, RefusesWhatItCannotWrite) {
               ThrowsMessage<std::runtime_error>(HasSubstr("none/a.vtp")));
 }
 
+// The file would be refused when it is read, or hold other fibers, or the writer read beyond an
+// array.
+TEST_F(ExportTest, RefusesScenesThatAreNone) {
+  FiberPolylines scene = segments({{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 1, 0}});
+  scene.starts_at = {-1, 1};
+  scene.ends_at = {2, -1};
+  exportFibers(path("good.vtp"), scene);
+  EXPECT_EQ(readFibers(path("good.vtp")).fibers.starts_at, scene.starts_at);
+  EXPECT_EQ(readFibers(path("good.vtp")).fibers.ends_at, scene.ends_at);
+  const auto refuses = [&](const std::string& reason, auto&& change) {
+    FiberPolylines changed = scene;
+    change(changed);
+    const auto expect = [&](const std::string& call, auto&& write) {
+      EXPECT_THAT(write,
+                  ThrowsMessage<std::invalid_argument>(testing::StartsWith(call + ": " + reason)));
+    };
+    expect("exportFibers", [&] { exportFibers(path("a.vtp"), changed); });
+    expect("exportSegments", [&] { exportSegments(path("a.vtp"), changed, {0, 0, 0, 0}); });
+    expect("writeHair", [&] { writeHair(path("a.vtp"), changed); });
+    EXPECT_FALSE(std::filesystem::exists(path("a.vtp")));
+  };
+  using Numbers = std::vector<std::int32_t>;
+  for (const std::int32_t at : {-2, 4, 1 << 30, 0, 2}) {  // and of another place, and its own
+    refuses("starts_at of fiber 1 is " + std::to_string(at) +
+                "; give another point at the same place, or -1 for none",
+            [&](FiberPolylines& changed) { changed.starts_at[1] = at; });
+  }
+  for (const std::int32_t at : {-2, 4, 1 << 30, 0, 1}) {
+    refuses("ends_at of fiber 0 is " + std::to_string(at),
+            [&](FiberPolylines& changed) { changed.ends_at[0] = at; });
+  }
+  refuses("starts_at of fiber 0 is 1", [](FiberPolylines& changed) {  // without a point
+    changed.point_begin = {0, 0, 4};
+    changed.starts_at = {1, -1};
+  });
+  refuses("starts_at has 1 numbers for 2 fibers; give one for each, or none",
+          [](FiberPolylines& changed) { changed.starts_at = Numbers{-1}; });
+  refuses("ends_at has 3 numbers for 2 fibers", [](FiberPolylines& changed) {
+    changed.ends_at = Numbers{-1, -1, -1};
+  });
+  refuses("closed has 1 numbers for 2 fibers",
+          [](FiberPolylines& changed) { changed.closed = {0}; });
+  refuses("samples has 2 numbers for 4 points", [](FiberPolylines& changed) {
+    changed.samples = {1, 2};
+  });
+  refuses("types has 5 numbers for 4 points", [](FiberPolylines& changed) {
+    changed.types = {1, 2, 3, 4, 5};
+  });
+  refuses("the number of radii is 1", [](FiberPolylines& changed) { changed.radii = {1}; });
+  refuses("radius is -1", [](FiberPolylines& changed) { changed.radii = {1, 1, 1, -1}; });
+  refuses("point_begin ends at 3", [](FiberPolylines& changed) {
+    changed.point_begin = {0, 2, 3};
+  });
+  refuses("a coordinate is inf", [](FiberPolylines& changed) { changed.points[3][1] = HUGE_VAL; });
+}
+
 }  // namespace
 }  // namespace fcl_fibers::io

@@ -21,8 +21,9 @@ namespace fcl_fibers::io {
 /// of fibers carry `radius`, which readFibers() reads again. If the scene has radii of segments, a
 /// point has the larger one of its two segments.
 ///
-/// All functions throw std::invalid_argument if the path does not end in .vtp, and
-/// std::runtime_error with the file's name if it cannot be written.
+/// All functions throw std::invalid_argument if the path does not end in .vtp or a scene is not as
+/// FiberPolylines requires, before they open the file. They throw std::runtime_error with the
+/// file's name if it cannot be written.
 
 /// Writes one polyline per fiber, with its number `fiber`, and with `starts_at` and `ends_at`,
 /// which are indices of points or -1, if the scene has them. Points carry FiberPolylines::samples
