@@ -2,8 +2,11 @@
 #include "step_impacts.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <tuple>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -19,6 +22,31 @@ constexpr std::size_t kMostSearched = 10000000;
 
 bool isEarlier(const Impact& i, const Impact& j) {
   return std::tie(i.time, i.pair.a, i.pair.b) < std::tie(j.time, j.pair.a, j.pair.b);
+}
+
+/// Gives fibers what a file has no place for, from the file with the other end of the step.
+void complete(FiberPolylines& fibers, const FiberPolylines& other) {
+  if (fibers.starts_at.empty() && fibers.ends_at.empty()) {
+    fibers.starts_at = other.starts_at;
+    fibers.ends_at = other.ends_at;
+  }
+  if (fibers.samples.empty()) {
+    fibers.samples = other.samples;
+    fibers.types = other.types;
+  }
+}
+
+/// Whether fibers start and end where their branches are.
+bool areJoined(const FiberPolylines& fibers) {
+  for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
+    const auto isAt = [&](const std::vector<std::int32_t>& places, std::size_t own) {
+      return places.empty() || places[f] < 0 ||
+             fibers.points[static_cast<std::size_t>(places[f])] == fibers.points[own];
+    };
+    if (!isAt(fibers.starts_at, fibers.point_begin[f])) return false;
+    if (!isAt(fibers.ends_at, fibers.point_begin[f + 1] - 1)) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -66,6 +94,14 @@ StepScene readStep(const SceneSource& start, const SceneSource& end) {
     throw std::invalid_argument(fmt::format(
         "of '{}' and '{}' one has radii of segments, and the other one radii at points; give both "
         "radii at points",
+        start.title, end.title));
+  }
+  complete(step.start, step.end);
+  complete(step.end, step.start);
+  if (step.start.starts_at != step.end.starts_at || step.start.ends_at != step.end.ends_at ||
+      !areJoined(step.start) || !areJoined(step.end)) {
+    throw std::invalid_argument(fmt::format(
+        "in '{}' and '{}' fibers do not branch at the same points; both need the same branches",
         start.title, end.title));
   }
   return step;

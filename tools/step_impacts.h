@@ -22,8 +22,9 @@ struct StepScene {
   FiberPolylines at(double time) const;
 };
 
-/// Throws std::invalid_argument if a source has several frames, or if the fibers differ in their
-/// numbers of points or in what their radii are of.
+/// Branches and samples that one source does not tell are those of the other one. Throws
+/// std::invalid_argument if a source has several frames, or if the fibers differ in their numbers
+/// of points, in what their radii are of, or in where they branch.
 StepScene readStep(const SceneSource& start, const SceneSource& end);
 
 struct StepImpacts {

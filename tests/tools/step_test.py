@@ -27,6 +27,12 @@ START = """0 0 0
 1 0 50.1
 """
 END = START.replace("0.5 -1 1\n0.5 1 1", "0.5 -1 -1\n0.5 1 -1")
+NEURON = """1 1 0 0 0 1 -1
+2 3 1 0 0 .5 1
+3 3 4 0 0 .4 2
+4 3 4 3 0 .3 3
+5 3 6 -3 0 .2 3
+"""
 
 
 class Step(ProgramTest):
@@ -127,6 +133,28 @@ class Step(ProgramTest):
         self.run_program("view", *self.step, "-r", 0.1, "--mesh", "a.obj", "-o", page, code=2)
         self.assertIn("leave out --mesh", self.stderr)
         self.assertFalse(page.exists())
+
+    def test_a_file_without_branches_takes_those_of_the_other_one(self):
+        """Text could be no end of a neuron's step, or its fibers would touch where they branch."""
+        neuron = self.write("neuron.swc", NEURON)
+        text, vtp = self.folder / "neuron.txt", self.folder / "neuron.vtp"
+        for path in (text, vtp):
+            self.run_program("convert", neuron, path)
+        for step in ((neuron, vtp), (text, neuron), (neuron, text)):
+            found = self.run_program("check", step[0], "--end", step[1], "-r", 0.1, "--json")
+            self.assertEqual(json.loads(found)["impact_count"], 0)
+        found = self.run_program("check", text, "--end", text, "-r", 0.1, "--json", code=1)
+        self.assertEqual(json.loads(found)["impact_count"], 3)
+        # Two fibers start at the end of the first one, or at its start.
+        at_start = NEURON.replace(" .3 3", " .3 1").replace(" .2 3", " .2 1")
+        other = self.write("other.swc", at_start)
+        lines = text.read_text().splitlines()
+        self.assertEqual(lines[4], "4 0 0")
+        apart = self.write("apart.txt", "\n".join([*lines[:4], "4 0 0.5", *lines[5:]]) + "\n")
+        for step in ((neuron, apart), (apart, neuron), (other, neuron)):
+            self.run_program("check", step[0], "--end", step[1], "-r", 0.1, code=2)
+            names = " and ".join(f"'{path.name}'" for path in step)
+            self.assertIn(f"in {names} fibers do not branch at the same points;", self.stderr)
 
     def test_a_page_has_each_impact_at_its_time(self):
         """The page would show a contact too early, too late, twice or not at all."""
