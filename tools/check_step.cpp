@@ -44,6 +44,14 @@ std::size_t rowCount(const Request& request, const StepImpacts& found) {
   return std::min(count, request.top.value_or(request.output == Output::kText ? kFew : count));
 }
 
+/// The columns of a pair, or their names without one; empty if the fibers have no samples.
+std::string samplesOf(const StepScene& step, Output output, const Contact* contact = nullptr) {
+  if (step.start.samples.empty()) return "";
+  if (contact == nullptr) return sampleNames(output);
+  const SegmentPair pair = contact->pair;
+  return sampleColumns(output, {sampleOf(step.start, pair.a), sampleOf(step.start, pair.b)});
+}
+
 void writeText(const Request& request, const StepScene& step, const StepImpacts& found,
                AnswerStream& stream) {
   const Motion motion = motionOf(step);
@@ -59,13 +67,14 @@ void writeText(const Request& request, const StepScene& step, const StepImpacts&
       found.ended ? "at least " : "", countText(count), count == 1 ? "pair touches" : "pairs touch",
       countText(found.at_start), found.safe_step, found.seconds));
   if (count == 0) return;
-  stream.write(fmt::format("\n{:>8} {:>8}   {:>8} {:>8} {:>12}\n", "fiber", "number", "fiber",
-                           "number", "time"));
+  stream.write(fmt::format("\n{:>8} {:>8}   {:>8} {:>8} {:>12}{}\n", "fiber", "number", "fiber",
+                           "number", "time", samplesOf(step, Output::kText)));
   const std::size_t rows = rowCount(request, found);
   for (std::size_t i = 0; i < rows; ++i) {
     const Contact c = contactOf(step, found.impacts[i]);
-    stream.write(fmt::format("{:>8} {:>8}   {:>8} {:>8} {:>12.6g}\n", c.a.fiber, c.a.number,
-                             c.b.fiber, c.b.number, found.impacts[i].time));
+    stream.write(fmt::format("{:>8} {:>8}   {:>8} {:>8} {:>12.6g}{}\n", c.a.fiber, c.a.number,
+                             c.b.fiber, c.b.number, found.impacts[i].time,
+                             samplesOf(step, Output::kText, &c)));
   }
   if (count > rows) {
     stream.write(fmt::format("and {} more; --top N lists more, --csv and --json list all\n",
@@ -77,7 +86,8 @@ void writeCsv(const Request& request, const StepScene& step, const StepImpacts& 
               AnswerStream& stream) {
   stream.write(
       "fiber_a,number_a,s,fiber_b,number_b,t,time,distance,point_a_x,point_a_y,point_a_z,"
-      "point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z\n");
+      "point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z" +
+      samplesOf(step, Output::kCsv) + "\n");
   const std::size_t rows = rowCount(request, found);
   for (std::size_t i = 0; i < rows; ++i) {
     const Contact c = contactOf(step, found.impacts[i]);
@@ -86,7 +96,7 @@ void writeCsv(const Request& request, const StepScene& step, const StepImpacts& 
     for (const std::array<double, 3>& vector : {c.point_a, c.point_b, c.normal}) {
       stream.write(fmt::format(",{},{},{}", vector[0], vector[1], vector[2]));
     }
-    stream.write("\n");
+    stream.write(samplesOf(step, Output::kCsv, &c) + "\n");
   }
 }
 

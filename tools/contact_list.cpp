@@ -36,8 +36,8 @@ std::size_t countOnes(const std::vector<unsigned char>& flags) {
   return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), 1));
 }
 
-/// Of a pair by side; none of a mesh.
-std::array<std::optional<Sample>, 2> samplesOf(const CheckedFrame& frame, const FoundPair& pair) {
+/// None of a mesh.
+PairSamples samplesOf(const CheckedFrame& frame, const FoundPair& pair) {
   const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
   return {sampleOf(frame.scene, pair.a),
           pair.mesh == kNoMesh ? sampleOf(other, pair.b) : std::nullopt};
@@ -180,6 +180,23 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
   other_fibers = countOnes(fibers);
 }
 
+std::string sampleNames(Output output) {
+  if (output == Output::kCsv) return ",sample_a,type_a,sample_b,type_b";
+  const std::string side = fmt::format(" {:>8} {:>6}", "sample", "type");
+  return side + side;
+}
+
+std::string sampleColumns(Output output, const PairSamples& samples) {
+  std::string text;
+  for (const std::optional<Sample>& sample : samples) {
+    const bool is_csv = output == Output::kCsv;
+    text += sample   ? fmt::format(is_csv ? ",{},{}" : " {:>8} {:>6}", sample->number, sample->type)
+            : is_csv ? ",,"
+                     : fmt::format(" {:>8} {:>6}", "-", "-");
+  }
+  return text;
+}
+
 void writeCsvHead(const Request& request, bool several, bool samples, AnswerStream& stream) {
   stream.write(several ? "frame," : "");
   stream.write(request.summary ? "contacts," : "");
@@ -189,7 +206,7 @@ void writeCsvHead(const Request& request, bool several, bool samples, AnswerStre
   if (!request.meshes.paths.empty()) {
     stream.write(",mesh,triangle,weight_0,weight_1,weight_2,solid");
   }
-  stream.write(samples ? ",sample_a,type_a,sample_b,type_b\n" : "\n");
+  stream.write((samples ? sampleNames(Output::kCsv) : "") + "\n");
 }
 
 void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
@@ -210,11 +227,7 @@ void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& 
     } else if (!frame.meshes.empty()) {
       stream.write(",,,,,,");
     }
-    if (frame.samples) {
-      for (const auto& sample : samplesOf(frame, row.pair)) {
-        stream.write(sample ? fmt::format(",{},{}", sample->number, sample->type) : ",,");
-      }
-    }
+    if (frame.samples) stream.write(sampleColumns(Output::kCsv, samplesOf(frame, row.pair)));
     stream.write("\n");
   }
 }
@@ -360,9 +373,7 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
       fmt::format("\n{:>8} {:>8}   {:>{}} {:>8}", "fiber", "number", fiber, width, "number"));
   if (request.summary) stream.write(fmt::format(" {:>8}", "contacts"));
   stream.write(fmt::format(" {:>12}", "distance"));
-  for (int side = 0; frame.samples && side < 2; ++side) {
-    stream.write(fmt::format(" {:>8} {:>6}", "sample", "type"));
-  }
+  if (frame.samples) stream.write(sampleNames(Output::kText));
   if (request.summary) stream.write(fmt::format(" {:>10} {:>10} {:>10}", "x", "y", "z"));
   stream.write("\n");
   for (const ListRow& row : list.rows) {
@@ -376,12 +387,7 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
         fmt::format("{:>8} {:>8}   {:>{}} {:>8}", c.a.fiber, c.a.number, with, width, number));
     if (request.summary) stream.write(fmt::format(" {:>8}", countText(row.contacts)));
     stream.write(fmt::format(" {:>12.4g}", c.distance));
-    if (frame.samples) {
-      for (const auto& sample : samplesOf(frame, row.pair)) {
-        stream.write(sample ? fmt::format(" {:>8} {:>6}", sample->number, sample->type)
-                            : fmt::format(" {:>8} {:>6}", "-", "-"));
-      }
-    }
+    if (frame.samples) stream.write(sampleColumns(Output::kText, samplesOf(frame, row.pair)));
     if (request.summary) {
       const auto& [x, y, z] = c.point_a;
       stream.write(fmt::format(" {:>10.4g} {:>10.4g} {:>10.4g}", x, y, z));

@@ -15,6 +15,7 @@
 #include "along_fibers.h"
 #include "answer_stream.h"
 #include "commands.h"
+#include "contact_json.h"
 #include "found_pairs.h"
 
 namespace fcl_fibers::tools {
@@ -101,6 +102,13 @@ struct ContactList {
  private:
   void countDepth(const FoundContact& contact, double radii, bool is_along);
 };
+
+/// By side of a pair of segments.
+using PairSamples = std::array<std::optional<Sample>, 2>;
+
+/// Columns that tell samples at the end of a row, after what comes before them, and their names.
+std::string sampleNames(Output output);
+std::string sampleColumns(Output output, const PairSamples& samples);
 
 /// Beginning, rows and end of a list of contacts.
 /// @param samples  whether rows tell samples, see sampleOf()

@@ -156,6 +156,22 @@ class Step(ProgramTest):
             names = " and ".join(f"'{path.name}'" for path in step)
             self.assertIn(f"in {names} fibers do not branch at the same points;", self.stderr)
 
+    def test_impacts_tell_samples(self):
+        """Nobody could find an impact in the file of the neuron again."""
+        start = self.write("start.swc", NEURON + "9 1 2 5 0 .3 -1\n8 2 2 5 1 .3 9\n")
+        end = self.write("end.swc", NEURON + "9 1 2 0 .7 .3 -1\n8 2 2 0 1.7 .3 9\n")
+        text = self.folder / "start.txt"
+        self.run_program("convert", start, text)
+        impact = json.loads(self.run_program("check", start, "--end", end, "--json", code=1))
+        names = ("sample_a", "type_a", "sample_b", "type_b")
+        self.assertEqual([impact["impacts"][0][name] for name in names], [3, 3, 8, 2])
+        for step in ((start, "--end", end), (text, "-r", 0.4, "--end", end)):
+            head, row = self.run_program("check", *step, "--csv", code=1).splitlines()[:2]
+            self.assertTrue(head.endswith(",normal_z,sample_a,type_a,sample_b,type_b"))
+            self.assertTrue(row.endswith(",3,3,8,2"))
+            table = self.run_program("check", *step, code=1)
+            self.assertRegex(table, r"time +sample +type +sample +type\n.* 3 +3 +8 +2\n")
+
     def test_a_page_has_each_impact_at_its_time(self):
         """The page would show a contact too early, too late, twice or not at all."""
         scene = self.page_of(*self.step, "-r", 0.1)
