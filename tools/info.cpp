@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -72,6 +73,39 @@ struct Facts {
   }
 };
 
+/// How many fibers begin where another one does that they do not branch from there.
+std::size_t copiedRoots(const FiberPolylines& scene) {
+  // Each point leads to one that branches make the same.
+  std::vector<std::size_t> same(scene.points.size());
+  std::iota(same.begin(), same.end(), std::size_t{0});
+  const auto sameAs = [&](std::size_t i) {
+    while (same[i] != i) i = same[i] = same[same[i]];
+    return i;
+  };
+  const auto join = [&](const std::vector<std::int32_t>& places, std::size_t f, std::size_t own) {
+    if (places.empty() || places[f] < 0) return;
+    same[sameAs(own)] = sameAs(static_cast<std::size_t>(places[f]));
+  };
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t begin = scene.point_begin[f], last = scene.point_begin[f + 1] - 1;
+    join(scene.starts_at, f, begin);
+    join(scene.ends_at, f, last);
+    if (scene.isClosed(f)) same[sameAs(begin)] = sameAs(last);
+  }
+  std::vector<std::pair<Point, std::size_t>> roots;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t begin = scene.point_begin[f];
+    if (begin < scene.point_begin[f + 1]) roots.emplace_back(scene.points[begin], sameAs(begin));
+  }
+  std::sort(roots.begin(), roots.end());
+  std::size_t count = 0, first = 0;
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    if (roots[i].first != roots[first].first) first = i;
+    count += roots[i].second != roots[first].second ? 1 : 0;
+  }
+  return count;
+}
+
 /// What a user should know before trusting an answer.
 std::vector<std::string> warnings(const SceneSource& source, const FiberPolylines& scene,
                                   const Facts& facts, const Spread& segments) {
@@ -108,17 +142,9 @@ std::vector<std::string> warnings(const SceneSource& source, const FiberPolyline
       std::acos(-1.0) * thickest);
   warn(count([](double length, double radius) { return length < 2 * radius; }),
        short_segments.c_str());
-  std::vector<Point> roots;
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const std::size_t begin = scene.point_begin[f];
-    if (begin < scene.point_begin[f + 1]) roots.push_back(scene.points[begin]);
-  }
-  std::sort(roots.begin(), roots.end());
-  if (scene.starts_at.empty()) {
-    warn(roots.end() - std::unique(roots.begin(), roots.end()),
-         "fibers that begin at the same place as another one, and so touch it there, because the "
-         "file tells no branches: {}");
-  }
+  warn(copiedRoots(scene),
+       "fibers that begin at the same place as another one, and so touch it there, because the "
+       "file tells no branch there: {}");
   double size = 0, far = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double low = facts.bounds.low[k], high = facts.bounds.high[k];

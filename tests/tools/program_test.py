@@ -298,7 +298,7 @@ class Info(ProgramTest):
             "join two fibers: 1",
             "the file holds no radius",
             "begin at the same place as another one, and so touch it there, because the file tells "
-            "no branches: 1",
+            "no branch there: 1",
         ):
             self.assertIn(expected, text)
         self.assertIn("shorter than wide", self.run_program("info", path, "-r", 0.6))
@@ -324,6 +324,10 @@ class Info(ProgramTest):
         self.assertEqual(
             told["branches"], {"fibers_that_start_at_others": 3, "fibers_that_end_at_others": 0}
         )
+        # Each of the four fibers of a copy begins where one of the neuron does.
+        copy = [f"1{row}" if row.endswith("-1") else f"1{row[:-1]}1{row[-1]}" for row in rows]
+        twice = self.write("twice.swc", "\n".join(rows + copy) + "\n")
+        self.assertIn("the file tells no branch there: 4\n", self.run_program("info", twice))
         # .vtp keeps all of it, and is told what is lost elsewhere.
         vtp = self.folder / "n.vtp"
         self.run_program("convert", path, vtp)
