@@ -171,28 +171,25 @@ ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
   samples.reserve(point_count);
   types.reserve(point_count);
   starts_at.reserve(fiber_count);
-  const auto add = [&](const Node& node) {
-    points.push_back(node.point);
-    radii.push_back(node.radius);
-    samples.push_back(node.id);
-    types.push_back(node.type);
-  };
   // By node at which fibers start: the last point of the fiber that ends there, or of a root the
   // first point of its first fiber.
   std::vector<std::int32_t> place(nodes.size(), -1);
+  std::vector<const Node*> way;  // of a fiber, from its end
   for (const Node& end : nodes) {
     if (!end.endsFiber()) continue;
-    const auto begin = static_cast<std::ptrdiff_t>(points.size());
-    add(end);
+    const std::size_t begin = points.size();
     const Node* node = &end;
+    way.assign(1, node);
     do {
       if (!node->isRoot()) node = &nodes[static_cast<std::size_t>(node->parent)];
-      add(*node);
+      way.push_back(node);
     } while (!node->isEnd());
-    std::reverse(points.begin() + begin, points.end());
-    std::reverse(radii.begin() + begin, radii.end());
-    std::reverse(samples.begin() + begin, samples.end());
-    std::reverse(types.begin() + begin, types.end());
+    for (auto at = way.rbegin(); at != way.rend(); ++at) {
+      points.push_back((*at)->point);
+      radii.push_back((*at)->radius);
+      samples.push_back((*at)->id);
+      types.push_back((*at)->type);
+    }
     parsed.endFiber();
     const auto placeOf = [&](const Node& at) -> std::int32_t& {
       return place[static_cast<std::size_t>(&at - nodes.data())];
