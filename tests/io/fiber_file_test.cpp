@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/io/fiber_file.h>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -201,6 +206,73 @@ TEST(FiberFileTest, AFiberIsClosedWhereItEndsAtItsStart) {
   EXPECT_THAT(closed("0 0 0\n1 0 0\n0 0 0\n"), IsEmpty());  // there and back
   EXPECT_THAT(closed("0 0 0\n0 0 0\n\n0 0 0\n1 0 0\n0 1 0\n0 0 0\n\n5 5 5\n"),
               ElementsAre(0, 1, 0));
+}
+
+/// A ring of three segments, and a fiber that begins at its second point, in formats of points
+/// alone.
+std::map<FiberFormat, std::string> ringAndTwig() {
+  using Points = std::vector<std::array<float, 3>>;
+  const Points ring = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}};
+  const Points twig = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
+  const auto add = [](FileBytes& file, const Points& points, std::size_t count = 4) {
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const float c : points[i]) file.little(c);
+    }
+  };
+  FileBytes bcc, tfx, tck, trk;
+  // A closed curve does not repeat its first point.
+  bcc.text("BCCDC0\3\2").little(std::uint64_t{2}).little(std::uint64_t{7}).zeros(40);
+  add(bcc.little(-3), ring, 3);
+  add(bcc.little(4), twig);
+  // Version 3: strands and points of each, and where these are.
+  tfx.little(3.0F).little(2U).little(4U).zeros(132).little(148U);
+  add(tfx, ring);
+  add(tfx, twig);
+  const float end = std::nanf(""), last = std::numeric_limits<float>::infinity();
+  tck.text("mrtrix tracks\ndatatype: Float32LE\ncount: 2\nfile: . 064\nEND\n").zeros(5);
+  add(tck, ring);
+  add(tck, {{end, end, end}}, 1);
+  add(tck, twig);
+  add(tck, {{end, end, end}, {last, last, last}}, 2);
+  trk.text("TRACK").zeros(995);
+  for (const std::size_t at : {12U, 16U, 20U, 440U, 460U, 480U, 500U}) trk.setLittle(at, 1.0F);
+  for (std::size_t k = 0; k < 3; ++k) trk.setLittle(948 + k, "RAS"[k]);
+  trk.setLittle(988, 2).setLittle(992, 2).setLittle(996, 1000);
+  add(trk.little(4), ring);
+  add(trk.little(4), twig);
+  return {{FiberFormat::kBcc, bcc.bytes()},
+          {FiberFormat::kTfx, tfx.bytes()},
+          {FiberFormat::kTck, tck.bytes()},
+          {FiberFormat::kTrk, trk.bytes()}};
+}
+
+TEST(FiberFileTest, SomeFormatsHoldPointsAlone) {
+  // If this fails, a loop has ends, or fibers of these formats taper or branch, which they cannot.
+  FiberFileOptions options;
+  options.segments_per_span = 1;
+  for (const auto& [format, bytes] : ringAndTwig()) {
+    SCOPED_TRACE(static_cast<int>(format));
+    options.radius.reset();
+    options.radius_from.clear();
+    const FiberFile file = parseFibers(bytes, "", format, options);
+    EXPECT_THAT(file.warnings, IsEmpty());
+    EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 4, 8));
+    EXPECT_EQ(file.fibers.points[4], file.fibers.points[1]);
+    EXPECT_THAT(file.fibers.closed, ElementsAre(1, 0));
+    EXPECT_THAT(file.fibers.starts_at, IsEmpty());
+    EXPECT_THAT(file.fibers.ends_at, IsEmpty());
+    EXPECT_FALSE(file.has_radius);
+    options.radius_from = "4";
+    const std::string& text = bytes;
+    const auto parse = [&, kind = format] { parseFibers(text, "", kind, options); };
+    EXPECT_THAT(parse, ThrowsMessage<std::invalid_argument>(
+                           HasSubstr("only .vtp files and text have several numbers")));
+    options.radius_from.clear();
+    options.radius = 0.1;
+    const FiberPolylines fibers = parseFibers(bytes, "", format, options).fibers;
+    EXPECT_EQ(fibers.radius, 0.1);
+    EXPECT_THAT(fibers.radii, IsEmpty());
+  }
 }
 
 TEST(FiberFileTest, KeepsSegmentsOfLengthZero) {
