@@ -2,7 +2,10 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <map>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -12,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "io/file_support.h"
+#include "scenes/random.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -304,6 +308,61 @@ TEST(VtpTest, LinesThatShareAPointBranch) {
   const std::size_t begin = file.find("<Piece"), end = file.find("</Piece>") + 8;
   const std::string piece = file.substr(begin, end - begin);
   EXPECT_THAT(read(replaced(file, piece, piece + piece)).starts_at, IsEmpty());
+}
+
+TEST(VtpTest, AllEndsAtAPointAreJoined) {
+  // If this fails, rings, loops and twigs that share a point touch each other there.
+  scenes::Random random(5);
+  const auto below = [&](int count) { return static_cast<int>(random.uniform() * count); };
+  int rings = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    std::string indices, ends;
+    std::vector<int> ids;
+    const int lines = 1 + below(5);
+    for (int line = 0; line < lines; ++line) {
+      const std::size_t first = ids.size();
+      for (int i = 2 + below(4); i > 0; --i) ids.push_back(below(5));
+      if (random.uniform() < 0.4) ids.back() = ids[first];
+      rings += ids.size() - first > 3 && ids.back() == ids[first] ? 1 : 0;
+      ends += std::to_string(ids.size()) + ' ';
+    }
+    for (const int id : ids) indices += std::to_string(id) + ' ';
+    SCOPED_TRACE(testing::Message() << "lines of " << indices << "end at " << ends);
+    const FiberPolylines fibers =
+        parse(replaced(replaced(replaced(textFile(), "0 1 2 0 3 4", indices), "\t4 6\n", ends),
+                       "NumberOfLines=\"2\"", "NumberOfLines=\"" + std::to_string(lines) + "\""))
+            .fibers;
+    expectWellFormed(fibers);
+    // By point: one that joints make the same.
+    std::vector<std::size_t> same(ids.size());
+    std::iota(same.begin(), same.end(), std::size_t{0});
+    const auto join = [&](std::size_t p, std::size_t q) {
+      EXPECT_EQ(ids[p], ids[q]);
+      const std::size_t from = same[p], to = same[q];
+      std::replace(same.begin(), same.end(), from, to);
+    };
+    std::map<int, std::size_t> inside, end_of;
+    for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
+      const std::size_t begin = fibers.point_begin[f], last = fibers.point_begin[f + 1] - 1;
+      for (std::size_t i = begin + 1; i < last; ++i) inside.try_emplace(ids[i], i);
+      if (!fibers.starts_at.empty() && fibers.starts_at[f] >= 0) {
+        join(begin, static_cast<std::size_t>(fibers.starts_at[f]));
+      }
+      if (!fibers.ends_at.empty() && fibers.ends_at[f] >= 0) {
+        join(last, static_cast<std::size_t>(fibers.ends_at[f]));
+      }
+      if (fibers.isClosed(f) || (last - begin > 2 && ids[begin] == ids[last])) join(begin, last);
+    }
+    for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
+      for (const std::size_t i : {fibers.point_begin[f], fibers.point_begin[f + 1] - 1}) {
+        const auto found = inside.find(ids[i]);
+        const std::size_t owner =
+            found != inside.end() ? found->second : end_of.try_emplace(ids[i], i).first->second;
+        EXPECT_EQ(same[i], same[owner]) << i << " and " << owner;
+      }
+    }
+  }
+  EXPECT_GT(rings, 100);
 }
 
 TEST(VtpTest, NamesThatDoNotFitThePointsAreNotRead) {
