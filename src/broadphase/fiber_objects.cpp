@@ -69,19 +69,12 @@ PosedSegment<S> poseSegment(const Point& from, const Point& to) {
   return segment;
 }
 
-// The limit is a quarter of the largest number. It keeps lengths finite, which are at most 2
-// sqrt(3) times the largest coordinate.
+// The limit keeps lengths finite, which are at most 2 sqrt(3) times the largest coordinate.
 template <typename S>
 void requireCoordinates(const char* call, const FiberPolylines& scene) {
-  constexpr double kLimit = std::numeric_limits<S>::max() / 4;
-  for (std::size_t i = 0; i < scene.points.size(); ++i) {
-    for (const double coordinate : scene.points[i]) {
-      if (std::abs(coordinate) <= kLimit) continue;
-      const std::string name = "a coordinate of point " + std::to_string(i);
-      refuseArgument(call, name.c_str(), coordinate,
-                     "give finite coordinates below a quarter of the scalar's largest number");
-    }
-  }
+  fcl_fibers::requireCoordinates(
+      call, scene, std::numeric_limits<S>::max() / 4,
+      "give finite coordinates below a quarter of the scalar's largest number");
 }
 
 // Calls visit(first point's index) for every segment, fiber after fiber.
@@ -95,10 +88,10 @@ void forEachSegment(const FiberPolylines& scene, const Visit& visit) {
 }  // namespace
 
 std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(const FiberPolylines& scene) {
-  constexpr char kCall[] = "objectsByFiber";
   std::vector<std::pair<std::size_t, std::size_t>> joined;
   if (scene.starts_at.empty() && scene.ends_at.empty()) return joined;
-  requireFiberRanges(kCall, scene);
+  requireFiberRanges("objectsByFiber", scene);
+  requireBranches("objectsByFiber", scene);
   const std::vector<std::size_t>& begin = scene.point_begin;
   const auto isAlone = [&](std::size_t i) {
     return std::binary_search(begin.begin(), begin.end(), i) &&
@@ -111,18 +104,9 @@ std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(const FiberPolylin
     while (same[i] != i) i = same[i] = same[same[i]];
     return i;
   };
-  const auto joinAll = [&](const std::string& name, const std::vector<std::int32_t>& at,
-                           bool are_starts) {
-    if (!at.empty() && at.size() != scene.fiberCount()) {
-      refuseArgument(kCall, ("the number of " + name).c_str(), at.size(),
-                     "give one for each fiber, or none");
-    }
+  const auto joinAll = [&](const std::vector<std::int32_t>& at, bool are_starts) {
     for (std::size_t f = 0; f < at.size(); ++f) {
       if (at[f] == -1) continue;
-      if (at[f] < 0 || static_cast<std::size_t>(at[f]) >= same.size() || begin[f] == begin[f + 1]) {
-        refuseArgument(kCall, (name + " of fiber " + std::to_string(f)).c_str(), at[f],
-                       "give a point, or -1 for none and for a fiber without points");
-      }
       const auto [p, q] = std::minmax({lastOf(are_starts ? begin[f] : begin[f + 1] - 1),
                                        lastOf(static_cast<std::size_t>(at[f]))});
       if (isAlone(q)) {
@@ -134,8 +118,8 @@ std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(const FiberPolylin
       }
     }
   };
-  joinAll("starts_at", scene.starts_at, true);
-  joinAll("ends_at", scene.ends_at, false);
+  joinAll(scene.starts_at, true);
+  joinAll(scene.ends_at, false);
   std::sort(joined.begin(), joined.end());
   return joined;
 }

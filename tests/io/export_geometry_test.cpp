@@ -234,17 +234,14 @@ TEST_F(ExportTest, RefusesScenesThatAreNone) {
     changed.point_begin = {0, 0, 4};
     changed.starts_at = {1, -1};
   });
-  refuses("starts_at has 1 numbers for 2 fibers; give one for each, or none",
+  refuses("the number of starts_at is 1; give one for each fiber, or none",
           [](FiberPolylines& changed) { changed.starts_at = Numbers{-1}; });
-  refuses("ends_at has 3 numbers for 2 fibers", [](FiberPolylines& changed) {
+  refuses("the number of ends_at is 3", [](FiberPolylines& changed) {
     changed.ends_at = Numbers{-1, -1, -1};
   });
-  refuses("closed has 1 numbers for 2 fibers",
-          [](FiberPolylines& changed) { changed.closed = {0}; });
-  refuses("samples has 2 numbers for 4 points", [](FiberPolylines& changed) {
-    changed.samples = {1, 2};
-  });
-  refuses("types has 5 numbers for 4 points", [](FiberPolylines& changed) {
+  refuses("the number of closed is 1", [](FiberPolylines& changed) { changed.closed = {0}; });
+  refuses("the number of samples is 2", [](FiberPolylines& changed) { changed.samples = {1, 2}; });
+  refuses("the number of types is 5", [](FiberPolylines& changed) {
     changed.types = {1, 2, 3, 4, 5};
   });
   refuses("the number of radii is 1", [](FiberPolylines& changed) { changed.radii = {1}; });
@@ -252,7 +249,8 @@ TEST_F(ExportTest, RefusesScenesThatAreNone) {
   refuses("point_begin ends at 3", [](FiberPolylines& changed) {
     changed.point_begin = {0, 2, 3};
   });
-  refuses("a coordinate is inf", [](FiberPolylines& changed) { changed.points[3][1] = HUGE_VAL; });
+  refuses("a coordinate of point 3 is inf",
+          [](FiberPolylines& changed) { changed.points[3][1] = HUGE_VAL; });
 }
 
 }  // namespace
