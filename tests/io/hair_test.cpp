@@ -227,7 +227,7 @@ TEST(HairTest, RefusesToWriteWhatTheFormatHasNoRoomFor) {
   scene.points[3][1] = 1e39;
   refuses(scene, "a coordinate is 1e+39");
   scene.points[3][1] = std::nan("");
-  refuses(scene, "a coordinate is nan");
+  refuses(scene, "a coordinate of point 3 is nan");
   scene = sampleScene();
   scene.radius = 1e39;
   refuses(scene, "thickness is 2e+39");
