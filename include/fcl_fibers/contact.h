@@ -86,9 +86,9 @@ struct Contact : BareContact {
 /// It leads out of a half-space, and to the side of a plane on which the middle of the axis is.
 ///
 /// A segment with radii at its points is a row of balls, of which one has the contact: the ball
-/// that is closest to the shape, or in a box or plane the one that leaves it last. `s` tells its
-/// center, and its radius is meant. The segment leaves a plane to the side that takes the shorter
-/// way.
+/// that is closest to the shape, or in a box or plane the one that leaves it last. `s` is the arc
+/// parameter of its center, and its radius is the one that counts. The segment leaves a plane to
+/// the side that takes the shorter way.
 ///
 /// The error of `distance` is at most 32 eps of the sum of the radius, the axis's length, the box's
 /// sides or the sphere's or capsule's radius and length, and the ways from the shape's middle to
@@ -125,8 +125,8 @@ struct ShapeContact {
 /// The depth in a solid is at least the radius.
 ///
 /// Of a segment with radii at its points one ball has the contact: the ball that is nearest to the
-/// triangle, or the one whose center is where the axis crosses. `s` tells its center, and its
-/// radius is meant.
+/// triangle, or the one whose center is where the axis crosses. `s` is the arc parameter of
+/// its center, and its radius is the one that counts.
 ///
 /// The normal is perpendicular to the triangle if the axis crosses it, and the motion against it is
 /// the shorter one of the two. If `solid` is set, it is perpendicular too and points into the

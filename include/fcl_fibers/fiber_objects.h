@@ -57,9 +57,10 @@ struct FiberObjects {
 };
 
 /// Pairs of points of a scene that are one by starts_at or ends_at. The later point comes first,
-/// and the pairs ascend. A fiber of one point has no segment: what is joined to it is joined to
-/// each other instead. Throws std::invalid_argument if starts_at or ends_at has another size than
-/// there are fibers, or names a point that is not there or at another place.
+/// and the pairs ascend. A fiber of one point has no segment. The points that are joined to it
+/// are joined with each other instead. Throws std::invalid_argument if starts_at or ends_at has
+/// another size than there are fibers, or names a point that is not there, that is at another place
+/// or that is the fiber's own end.
 FCL_FIBERS_EXPORT std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(
     const FiberPolylines& scene);
 

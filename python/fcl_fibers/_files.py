@@ -58,7 +58,7 @@ class Fibers(_Arrays):
 
 
 class FiberFileWarning(UserWarning):
-    """What a user of a file should know: bytes that nothing tells the meaning of, what is lost."""
+    """What a user of a file should know: unknown bytes, or data that a format cannot hold."""
 
 
 def read(

@@ -90,8 +90,8 @@ void forEachSegment(const FiberPolylines& scene, const Visit& visit) {
 std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(const FiberPolylines& scene) {
   std::vector<std::pair<std::size_t, std::size_t>> joined;
   if (scene.starts_at.empty() && scene.ends_at.empty()) return joined;
-  requireFiberRanges("objectsByFiber", scene);
-  requireBranches("objectsByFiber", scene);
+  requireFiberRanges("joinedPoints", scene);
+  requireBranches("joinedPoints", scene);
   const std::vector<std::size_t>& begin = scene.point_begin;
   const auto isAlone = [&](std::size_t i) {
     return std::binary_search(begin.begin(), begin.end(), i) &&
