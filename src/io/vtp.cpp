@@ -201,7 +201,8 @@ class VtpParser {
   /// A fiber starts or ends at another one where its arrays name a point of that, or where its line
   /// begins or ends with a point of another line. Of the lines that share a point, the one inside
   /// of which it is has it, or else the first one that ends there, or else that begins there.
-  /// Returns the name of an array that names no point of another place in a line, if there is one.
+  /// Returns the name of an array that does not fit, of which nothing is taken then: it names a
+  /// point of no line or at another place, or the fiber's own end. Null if all fit.
   const char* findBranches() {
     FiberPolylines& scene = parsed_.fibers;
     const bool are_named = !starts_at_.empty() || !ends_at_.empty();
@@ -250,8 +251,12 @@ class VtpParser {
       if (std::count(found.begin(), found.end(), kNone) == std::ptrdiff_t(found.size())) found = {};
       return found;
     };
-    scene.starts_at = find(vtp::kStartsAt, starts_at_, true);
-    scene.ends_at = find(vtp::kEndsAt, ends_at_, false);
+    auto starts_at = find(vtp::kStartsAt, starts_at_, true);
+    auto ends_at = find(vtp::kEndsAt, ends_at_, false);
+    if (misfit == nullptr) {
+      scene.starts_at = std::move(starts_at);
+      scene.ends_at = std::move(ends_at);
+    }
     return misfit;
   }
 

@@ -395,6 +395,27 @@ TEST(VtpTest, NamesThatDoNotFitThePointsAreNotRead) {
   const FiberFile own = parse(with(textFile(), "starts_at", "-1 3"));
   EXPECT_THAT(own.warnings, testing::SizeIs(1));
   EXPECT_THAT(own.fibers.starts_at, IsEmpty());
+  // Nothing of an array that does not fit is taken, nor of the other one.
+  for (const char* name : {"starts_at", "ends_at"}) {
+    const std::string lines =
+        "<VTKFile type='PolyData' byte_order='LittleEndian'><PolyData>"
+        "<Piece NumberOfPoints='6' NumberOfLines='3'><CellData>"
+        "<DataArray type='Int32' Name='starts_at' format='ascii'>-1 1 -1</DataArray>"
+        "<DataArray type='Int32' Name='ends_at' format='ascii'>-1 -1 2</DataArray></CellData>"
+        "<Points><DataArray type='Float64' NumberOfComponents='3' format='ascii'>"
+        "0 0 0 1 0 0  1 0 0 2 2 0  3 0 0 1 0 0</DataArray></Points>"
+        "<Lines><DataArray type='Int32' Name='connectivity' format='ascii'>0 1 2 3 4 5</DataArray>"
+        "<DataArray type='Int32' Name='offsets' format='ascii'>2 4 6</DataArray></Lines>"
+        "</Piece></PolyData></VTKFile>";
+    EXPECT_THAT(parse(lines).fibers.starts_at, ElementsAre(-1, 1, -1));
+    EXPECT_THAT(parse(lines).fibers.ends_at, ElementsAre(-1, -1, 2));
+    const bool are_starts = name == std::string("starts_at");
+    const FiberFile file = parse(
+        replaced(lines, are_starts ? "-1 1 -1" : "-1 -1 2", are_starts ? "-1 1 0" : "0 -1 2"));
+    EXPECT_THAT(file.warnings, testing::SizeIs(1));
+    EXPECT_THAT(file.fibers.starts_at, IsEmpty());
+    EXPECT_THAT(file.fibers.ends_at, IsEmpty());
+  }
   // Points of no line may be where a fiber starts, and those of another piece are others.
   EXPECT_THAT(parse(with(replaced(shared, "7 8 9", "1 0 0"), "starts_at", "-1 4")).warnings,
               testing::SizeIs(1));

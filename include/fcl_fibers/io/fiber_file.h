@@ -43,9 +43,9 @@ enum class FiberFormat {
   /// or the last point in common with that of the other. The other one is the line inside of which
   /// the point is, or else the first one that ends there, or else that begins there. Lines that
   /// cross without an end have no branch. Arrays that exportFibers() writes come before this rule.
-  /// If
-  /// one of them names a point of no line or at another place, as after a filter that renumbers the
-  /// points, none of them is read, with a warning.
+  /// A filter that renumbers the points leaves these arrays as they were. If one of them then names
+  /// a point of no line, at another place or the fiber's own end, none of them is read, with a
+  /// warning.
   ///
   /// These are refused: LZ4 and LZMA compression; the parallel format (.pvtp); arrays that together
   /// are longer than the file, or more than 64 times as long when decompressed; and XML with more
