@@ -44,7 +44,8 @@ std::size_t rowCount(const Request& request, const StepImpacts& found) {
   return std::min(count, request.top.value_or(request.output == Output::kText ? kFew : count));
 }
 
-/// The columns of a pair, or their names without one; empty if the fibers have no samples.
+/// The samples of a pair as columns. Without a pair, the names of these columns. Empty if the
+/// fibers have no samples.
 std::string samplesOf(const StepScene& step, Output output, const Contact* contact = nullptr) {
   if (step.start.samples.empty()) return "";
   if (contact == nullptr) return sampleNames(output);

@@ -73,7 +73,7 @@ struct Facts {
   }
 };
 
-/// How many fibers begin where another one does that they do not branch from there.
+/// How many fibers begin where an earlier fiber does, although no branch joins the two there.
 std::size_t copiedRoots(const FiberPolylines& scene) {
   // Each point leads to one that branches make the same.
   std::vector<std::size_t> same(scene.points.size());
@@ -97,7 +97,9 @@ std::size_t copiedRoots(const FiberPolylines& scene) {
     const std::size_t begin = scene.point_begin[f];
     if (begin < scene.point_begin[f + 1]) roots.emplace_back(scene.points[begin], sameAs(begin));
   }
-  std::sort(roots.begin(), roots.end());
+  // The first one of the file is the original.
+  std::stable_sort(roots.begin(), roots.end(),
+                   [](const auto& p, const auto& q) { return p.first < q.first; });
   std::size_t count = 0, first = 0;
   for (std::size_t i = 0; i < roots.size(); ++i) {
     if (roots[i].first != roots[first].first) first = i;

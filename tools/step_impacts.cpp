@@ -36,17 +36,21 @@ void complete(FiberPolylines& fibers, const FiberPolylines& other) {
   }
 }
 
-/// Whether fibers start and end where their branches are.
-bool areJoined(const FiberPolylines& fibers) {
+/// Throws std::invalid_argument if a fiber does not start and end where its branches are.
+void requireJoined(const std::string& title, const FiberPolylines& fibers) {
+  const auto require = [&](const std::vector<std::int32_t>& places, std::size_t f, std::size_t own,
+                           const char* verb) {
+    if (places.empty() || places[f] < 0) return;
+    if (fibers.points[static_cast<std::size_t>(places[f])] == fibers.points[own]) return;
+    throw std::invalid_argument(fmt::format(
+        "in '{}' fiber {} {} at another place than point {}, at which it branches; give both the "
+        "same coordinates",
+        title, f, verb, places[f]));
+  };
   for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
-    const auto isAt = [&](const std::vector<std::int32_t>& places, std::size_t own) {
-      return places.empty() || places[f] < 0 ||
-             fibers.points[static_cast<std::size_t>(places[f])] == fibers.points[own];
-    };
-    if (!isAt(fibers.starts_at, fibers.point_begin[f])) return false;
-    if (!isAt(fibers.ends_at, fibers.point_begin[f + 1] - 1)) return false;
+    require(fibers.starts_at, f, fibers.point_begin[f], "starts");
+    require(fibers.ends_at, f, fibers.point_begin[f + 1] - 1, "ends");
   }
-  return true;
 }
 
 }  // namespace
@@ -98,12 +102,13 @@ StepScene readStep(const SceneSource& start, const SceneSource& end) {
   }
   complete(step.start, step.end);
   complete(step.end, step.start);
-  if (step.start.starts_at != step.end.starts_at || step.start.ends_at != step.end.ends_at ||
-      !areJoined(step.start) || !areJoined(step.end)) {
+  if (step.start.starts_at != step.end.starts_at || step.start.ends_at != step.end.ends_at) {
     throw std::invalid_argument(fmt::format(
         "in '{}' and '{}' fibers do not branch at the same points; both need the same branches",
         start.title, end.title));
   }
+  requireJoined(start.title, step.start);
+  requireJoined(end.title, step.end);
   return step;
 }
 

@@ -151,10 +151,17 @@ class Step(ProgramTest):
         lines = text.read_text().splitlines()
         self.assertEqual(lines[4], "4 0 0")
         apart = self.write("apart.txt", "\n".join([*lines[:4], "4 0 0.5", *lines[5:]]) + "\n")
-        for step in ((neuron, apart), (apart, neuron), (other, neuron)):
+        for step in ((neuron, apart), (apart, neuron)):
             self.run_program("check", step[0], "--end", step[1], "-r", 0.1, code=2)
-            names = " and ".join(f"'{path.name}'" for path in step)
-            self.assertIn(f"in {names} fibers do not branch at the same points;", self.stderr)
+            self.assertRegex(
+                self.stderr,
+                "in .apart.txt. fiber . starts at another place than point ., at which it "
+                "branches; give both the same coordinates",
+            )
+        self.run_program("check", other, "--end", neuron, "-r", 0.1, code=2)
+        self.assertIn(
+            "in 'other.swc' and 'neuron.swc' fibers do not branch at the same points;", self.stderr
+        )
 
     def test_impacts_tell_samples(self):
         """Nobody could find an impact in the file of the neuron again."""
