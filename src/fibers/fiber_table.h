@@ -102,7 +102,10 @@ class FiberTable {
   void unsettleJoints(SegmentId id, const IsThere& is_there) {
     if (!hasJoints()) return;
     const std::size_t fiber = fiberOf(id);
-    if (!is_there(begin_[fiber], fiberEnd(fiber))) joined_.reset();
+    const SegmentId end = fiberEnd(fiber);
+    // Of a fiber that goes in its order, the next one is left mostly.
+    if (id + 1 < end && is_there(id + 1, id + 2)) return;
+    if (!is_there(begin_[fiber], end)) joined_.reset();
   }
   /// Finds which segments are neighbours because of joints, unless that is known.
   /// @param is_there  whether ids [begin, end), which are a fiber, have a segment. If not, the

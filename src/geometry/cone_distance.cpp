@@ -170,7 +170,8 @@ auto search(const Segment& cone, const Other& other, double m, IsEnough&& isEnou
     // Of balls that rounding cannot tell apart the last one has the best direction.
     lowest = std::min(lowest, distance);
     if (distance <= lowest + 4 * kEps * m) best = {s, near, distance, 0, line.slope};
-    if (!(gap >= least)) least = gap;  // or is no number, so that it holds nothing apart
+    // If one is no number, it stays so, and holds nothing apart.
+    if (gap < least || std::isnan(gap)) least = gap;
     best.least = least;
     const int side = line.slope > 0 ? 1 : 0;
     before[side] = lines[side];

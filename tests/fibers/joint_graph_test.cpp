@@ -78,12 +78,12 @@ class Network {
     }
     return result;
   }
-  /// Whether ids from `begin` on are a fiber that has not left.
-  bool isThere(SegmentId begin) const {
-    SegmentId next = 0;
+  /// Whether an id is of a fiber that has not left.
+  bool isThere(SegmentId id) const {
+    SegmentId end = 0;
     for (const Fiber& fiber : fibers_) {
-      if (next == begin) return fiber.is_there;
-      next += static_cast<SegmentId>(fiber.lengths.size()) + ids_behind_;
+      end += static_cast<SegmentId>(fiber.lengths.size()) + ids_behind_;
+      if (id < end) return fiber.is_there;
     }
     return false;
   }
