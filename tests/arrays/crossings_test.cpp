@@ -432,6 +432,25 @@ Segment between(const Segment& start, const Segment& end, double time) {
   return geometry::at(geometry::MovingSegment{start, end}, time);
 }
 
+/// Expects a time of impact to be one of contact, and no sample before it to touch.
+/// @param times  of pairs, by key
+template <class Key, class GapAt>
+void expectFirstTouch(const std::map<Key, double>& times, const Key& key, int samples,
+                      const GapAt& gapAt) {
+  const auto impact = times.find(key);
+  const bool is_found = impact != times.end();
+  if (is_found) {
+    EXPECT_LE(gapAt(impact->second), 1e-9) << "neither so early nor at all";
+  }
+  for (int i = 0; i <= samples; ++i) {
+    const double time = double(i) / samples;
+    if (gapAt(time) > -kDoubt) continue;
+    EXPECT_TRUE(is_found && impact->second <= time)
+        << testing::PrintToString(key) << " at " << time;
+    break;
+  }
+}
+
 TEST_P(Crossings, Motion) {
   const Fibers start(11, GetParam());
   Fibers end = start;
@@ -444,8 +463,6 @@ TEST_P(Crossings, Motion) {
     EXPECT_TRUE(times.emplace(Numbers{impact.pair.a, impact.pair.b}, impact.time).second);
   });
   const std::set<Numbers> may_touch = found(tree, MovingPairs{}, tree);
-  constexpr int kSamples = 32;
-  double first = 1;
   for (const std::int32_t a : start.segments()) {
     for (const std::int32_t b : start.segments()) {
       const bool is_left_out = (start.groupOf(a) != 0 && start.groupOf(a) == start.groupOf(b)) ||
@@ -455,20 +472,13 @@ TEST_P(Crossings, Motion) {
         return distanceOf(between(start.segment(a), end.segment(a), time),
                           between(start.segment(b), end.segment(b), time), 1e-9);
       };
-      const auto impact = times.find({a, b});
-      const bool is_found = impact != times.end();
-      if (is_found) {
-        EXPECT_LE(gapAt(impact->second), 1e-9) << "neither so early nor at all";
-        EXPECT_EQ(may_touch.count({a, b}), 1u);
-        if (impact->second > 0) first = std::min(first, impact->second);
-      }
-      for (int i = 0; i <= kSamples; ++i) {
-        const double time = double(i) / kSamples;
-        if (gapAt(time) > -kDoubt) continue;
-        EXPECT_TRUE(is_found && impact->second <= time) << a << ", " << b << " at " << time;
-        break;
-      }
+      expectFirstTouch(times, Numbers{a, b}, 32, gapAt);
     }
+  }
+  double first = 1;
+  for (const auto& [pair, time] : times) {
+    EXPECT_EQ(may_touch.count(pair), 1u);
+    if (time > 0) first = std::min(first, time);
   }
   EXPECT_GT(times.size(), 10u);
   EXPECT_LE(tree.safeStep(), first);
@@ -488,7 +498,6 @@ TEST_P(Crossings, MeshesInMotion) {
   tree.visit(Impacts{}, step, [&](const MeshImpact& impact) {
     times[{impact.pair.segment, impact.pair.triangle}] = impact.time;
   });
-  constexpr int kSamples = 12;
   for (const std::int32_t a : start.segments()) {
     for (std::size_t t = 0; t < soup.count(); ++t) {
       const auto gapAt = [&](double time) {
@@ -504,17 +513,7 @@ TEST_P(Crossings, MeshesInMotion) {
                                  return test::segmentTriangleDistance(x, x, triangle);
                                });
       };
-      const auto impact = times.find({a, static_cast<std::int32_t>(t)});
-      const bool is_found = impact != times.end();
-      if (is_found) {
-        EXPECT_LE(gapAt(impact->second), 1e-9);
-      }
-      for (int i = 0; i <= kSamples; ++i) {
-        const double time = double(i) / kSamples;
-        if (gapAt(time) > -kDoubt) continue;
-        EXPECT_TRUE(is_found && impact->second <= time) << a << ", " << t << " at " << time;
-        break;
-      }
+      expectFirstTouch(times, Numbers{a, static_cast<std::int32_t>(t)}, 12, gapAt);
     }
   }
   EXPECT_GT(times.size(), 5u);
@@ -533,22 +532,11 @@ TEST_P(Crossings, ShapesInMotion) {
       EXPECT_TRUE(times.emplace(impact.segment, impact.time).second);
     });
     EXPECT_GT(times.size(), 3u);
-    constexpr int kSamples = 32;
     for (const std::int32_t a : start.segments()) {
       const auto gapAt = [&](double time) {
         return distanceTo(between(start.segment(a), end.segment(a), time), ofPoint);
       };
-      const auto impact = times.find(a);
-      const bool is_found = impact != times.end();
-      if (is_found) {
-        EXPECT_LE(gapAt(impact->second), 1e-9);
-      }
-      for (int i = 0; i <= kSamples; ++i) {
-        const double time = double(i) / kSamples;
-        if (gapAt(time) > -kDoubt) continue;
-        EXPECT_TRUE(is_found && impact->second <= time) << a << " at " << time;
-        break;
-      }
+      expectFirstTouch(times, a, 32, gapAt);
     }
   };
   expectImpacts(SphereShape{{0.1, 0.2, 0.1}, 0.5}, [](const test::Point& x) {

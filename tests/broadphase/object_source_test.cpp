@@ -27,10 +27,25 @@ using geometry::Frame;
 using geometry::Segment;
 using geometry::SegmentBlock;
 
+/// A capsule of hardly any length, so far out that rounding hides it. A program has widened its
+/// box, which is as large as FCL's cube of a turned one.
+template <typename S>
+std::unique_ptr<Object<S>> makeAlmostBall(Random& random) {
+  const auto shape =
+      std::make_shared<fcl::Capsule<S>>(S(0.5), S(1024) * std::numeric_limits<S>::epsilon());
+  fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
+  pose.translation() = (1024 * random.direction()).template cast<S>();
+  auto object = std::make_unique<Object<S>>(shape, pose);
+  object->aabb = fcl::AABB<S>(pose.translation());
+  object->aabb.expand(fcl::Vector3<S>::Constant(shape->aabb_radius));
+  return object;
+}
+
 /// Capsules, spheres, boxes and other bounded shapes, with boxes of FCL's, tight ones, widened ones
 /// and broken ones. Some have no length or hardly any, no radius, or are far out.
 template <typename S>
 std::unique_ptr<Object<S>> makeObject(Random& random) {
+  if (random.below(16) == 0) return makeAlmostBall<S>(random);
   const double size = std::pow(10.0, random.between(-6, 6));
   const auto length = [&] {
     return static_cast<S>(random.below(6) == 0 ? 0 : size * random.between(0, 1));

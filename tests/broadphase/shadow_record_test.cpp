@@ -190,7 +190,7 @@ TEST(RecordedGaps, HoldTheLeastDistanceOfAStep) {
     const bool are_spheres = trial % 2 == 0;
     const auto shape = [&] { return shapes[are_spheres ? 0 : random() % shapes.size()]; };
     const auto far = [&](RecordedObject object) {
-      for (const std::size_t i : {5, 9, 13}) object.line.numbers[i] *= 1 + trial % 30;
+      for (const std::size_t i : {5u, 9u, 13u}) object.line.numbers[i] *= 1 + trial % 30;
       return object;
     };
     const auto p = shape(), q = shape();
@@ -198,7 +198,7 @@ TEST(RecordedGaps, HoldTheLeastDistanceOfAStep) {
     RecordedObject q0 = far(objectOf(q, random)), q1 = far(objectOf(q, random));
     if (are_spheres) {  // One passes the other, half a sample away.
       const double t = (trial % 64 + 0.5) / 64, beside = 0.001 * trial;
-      for (const std::size_t i : {5, 9, 13}) {
+      for (const std::size_t i : {5u, 9u, 13u}) {
         q0.line.numbers[i] = (1 - t) * p0.line.numbers[i] + t * p1.line.numbers[i] + beside / 2;
       }
       q1 = q0;

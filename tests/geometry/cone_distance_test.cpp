@@ -89,9 +89,9 @@ TEST(ConeDistance, TouchIsDecidedAsByTheDefinition) {
   for (int round = 0; round < 1500; ++round) {
     const Segment p = randomCone(random), q = partnerOf(random, p);
     const double distance = static_cast<double>(test::coneDistance(p, q));
-    // touch() allows four roundings of the radii; the oracle and the radii at the ends have less.
-    const double doubt = 16 * kEps * (sizeOf(p, q) + std::fabs(distance));
     for (const Segment& second : {q, Segment{q.b, q.a, q.radius, -q.taper}}) {
+      // touch() allows four roundings of the radii; the oracle and the radii at the ends have less.
+      const double doubt = 16 * kEps * (sizeOf(p, second) + std::fabs(distance));
       EXPECT_TRUE(coneWithin(p, second, distance + doubt, 0)) << p << " " << second;
       EXPECT_FALSE(coneWithin(p, second, distance - doubt, 0)) << p << " " << second;
       EXPECT_TRUE(coneWithin(second, p, distance + doubt, 0)) << p << " " << second;
