@@ -5,7 +5,6 @@ from statistics import median
 
 from tables import Rows, Table, chosen, digits
 
-SCENES = ("helix", "helix-2000", "cap")
 VOLUMES = ("boxes", "spheres")
 READ = (
     "The loop reads the points and writes a box of floats for each segment. Times are medians, "
@@ -41,7 +40,7 @@ class Arrays:
 
 
 def scenes_of(parts):
-    return {name: Arrays(part) for name, part in chosen(parts, "arrays_{}", SCENES).items()}
+    return {name: Arrays(part) for name, part in chosen(parts, "arrays").items()}
 
 
 def header_of(scenes):

@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from pictures import INK, count_label, log_axis, png, seconds_label
 from ratios import FCL, is_fcls, set_up_key
-from tables import Table, chosen, count, digits, time, title
+from tables import Table, count, digits, time, title
 
 SCENES = {
     "static": "static assembly",
@@ -191,7 +191,8 @@ def scene_table(scene, parts):
 
 def climbs_of(parts):
     """Those in double."""
-    return [Climb(*found) for found in chosen(parts, "card_{}_double", SCENES).items()]
+    found = ((scene, parts.get(f"card_{scene}_double")) for scene in SCENES)
+    return [Climb(scene, part) for scene, part in found if part]
 
 
 def best(climb, manager):

@@ -5,11 +5,10 @@ import re
 from dataclasses import dataclass
 
 import ratios
-from ratios import BOXES, Ratio, ratio_of
-from tables import Table, count, digits, time, times_and_range, title
+from ratios import BOXES, READ, Ratio, median_of, ratio_of
+from tables import Table, count, digits, time, title
 
 SAME_TOUCHING = 1e-3  # fcl::collide may change its mind about a pair if the two change places
-READ = "The ratio of medians and its range. A cell says 'as fast' where that range contains 1."
 
 
 def grouped(text):
@@ -104,7 +103,7 @@ def changes(part):
     rows = []
     for name in sorted(part.names("Changes")):
         times = [part.median("Changes", name, key) for key in ("seconds", "reference")]
-        rows.append([grouped(name), *map(time, times), times_and_range(after(part, name))])
+        rows.append([grouped(name), *map(time, times), median_of(after(part, name)).text()])
     header = ["self-collision after", "time", "reference", "time / reference"]
     caption = "Times are medians. The ratio is the median of the ratios of single runs."
     return Table("changes", "After changes", header, rows, caption)

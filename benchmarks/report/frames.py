@@ -4,42 +4,44 @@
 import math
 
 import ratios
-from ratios import BOXES, EMBREE, ON_2_THREADS, Scene, ratio_of
-from tables import Rows, Table, chosen, count, digits, time, time_and_range, title
+from machines import MainTable
+from ratios import BOXES, ON_2_THREADS, Scene, ratio_of
+from tables import Rows, Table, chosen, count, digits, time, time_and_interval, title
 
-HEADLINE, FULL = ("helix", "cap", "paper-dynamic"), ratios.SCENES
 SPEED_UP = "Speed-up over"
-ABSENT = "not installed"
 PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 SET_UP_TITLES = ["set-up, boxes written before", "set-up with boxes"]
-READ_RATIOS = (
-    "Each cell is the ratio of two medians, on one thread unless the row says otherwise. The "
-    "brackets have the lowest and the highest ratio that single runs allow. A cell says 'as fast' "
-    "where that range contains 1. Each row is against FCL's tree and level with the least median "
-    "of what the row measures. Cells of update and set-up name FCL's boxes, tight or stock. An "
-    "update of FCL's has writing them inside, its set-up only where the row says so. Embree's way "
-    "is the fastest of a Morton rebuild, a refit and, with --full, a rebuild by surface area; it "
-    "visits both orders of each pair. Touching pairs are an update and a query: ours with "
-    "Report::kCapsules, FCL's with a closed-form test of two capsules in its callback, or with "
-    "fcl::collide on the pairs that it reports."
+READ_RATIOS = ratios.READ + (
+    " On one thread unless the row says otherwise. Each row is against the configuration with the "
+    "least median of what the row measures. Cells of update and set-up name FCL's boxes, tight or "
+    "stock. All updates write or read their boxes inside; a set-up of FCL's does where the row "
+    "says so. Touching pairs are an update and a query: ours with Report::kCapsules, the others' "
+    "with a closed-form test of two capsules in the callback, or with their own collide()."
 )
+# Below a row of whom it may mislead.
+NOTES = {
+    ratios.EMBREE: "Embree visits both orders of each pair, as it has no other query",
+    ratios.EMBREE_2: "Embree visits both orders of each pair, as it has no other query",
+}
 
 
 def scenes_of(parts):
     """By name, those that were measured."""
-    found = chosen(parts, "frames_{}", (*FULL, "hair"))
-    return {name: Scene(name, part) for name, part in found.items()}
+    return {name: Scene(name, part) for name, part in chosen(parts, "frames").items()}
 
 
-def ratio_cells(scenes, row):
-    found = [scene.ratios()[row] for scene in scenes.values()]
-    any_boxes = row in (ratios.UPDATE, ratios.SET_UP, ratios.SET_UP_WITH_BOXES)
-    return [ABSENT if ratio is None else ratio.text(any_boxes) for ratio in found]
+def ratio_cell(scene, row):
+    ratio = scene.ratios[row]
+    if ratio is None:
+        return "-" if scene.has(ratios.ROWS[row].library) else "not installed"
+    return ratio.text(row in (ratios.UPDATE, ratios.SET_UP, ratios.SET_UP_WITH_BOXES))
 
 
 def row_title(scenes, row):
     """With the size of the sample, where fcl::collide was not called on all pairs."""
+    if row in NOTES:
+        return f"{row} ({NOTES[row]})"
     if not row.startswith((ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)):
         return row
     boxes = "tight" if row.startswith(ratios.TOUCHING_TIGHT) else "stock"
@@ -55,22 +57,43 @@ def header_of(scenes, what=""):
     return [what, *(scene.title() for scene in scenes.values())]
 
 
+def least_of(scenes, row):
+    """The least ratio over the scenes, as a plain number; or why there is none."""
+    found = [ratio for scene in scenes.values() if (ratio := scene.ratios[row])]
+    if not found:
+        return ratio_cell(next(iter(scenes.values())), row)
+    least = min(found, key=lambda ratio: ratio.value)
+    return digits(least.value, 2) if least.high <= ratios.NOISY * least.low else least.text()
+
+
+IN_README = {
+    ratios.TOUCHING_TEST: "FCL's fastest tree, with our test of two capsules: what touches",
+    ratios.TOUCHING_TIGHT: "FCL's fastest tree, with `fcl::collide`: what touches",
+    ratios.COAL_TEST: "coal's fastest tree, with our test of two capsules: what touches",
+    ratios.EMBREE: "Embree's fastest tree: pairs of boxes",
+    ratios.GRID: "a uniform grid: pairs of boxes",
+}
+
+
+def readme(scenes):
+    """Ten numbers at most, on two machines."""
+    cells = {what: least_of(scenes, row) for row, what in IN_README.items()}
+    caption = "Times as fast as ours, the least of the scenes."
+    return MainTable("readme", "How fast it is", cells, caption)
+
+
 def headline(scenes):
     """The rows that say most; all_ratios() has the others."""
-    rows = (ratios.TIGHT, ratios.UPDATE, ratios.TOUCHING_TEST, ratios.TOUCHING_TIGHT)
-    lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
-    what = EMBREE["frame"] + ": Embree, "
-    both = zip(*(ratio_cells(scenes, what + on) for on in ("1 thread", "2 threads")))
-    cells = [ABSENT if ABSENT in pair else " / ".join(pair) for pair in both]
-    lines.append([what + "1 thread / 2 threads", *cells])
+    rows = [ratios.TIGHT, ratios.UPDATE, *IN_README]
+    lines = [[row_title(scenes, r), *(ratio_cell(s, r) for s in scenes.values())] for r in rows]
     header = header_of(scenes, SPEED_UP)
     return Table("headline", "Headline", header, lines, READ_RATIOS)
 
 
 def all_ratios(scenes):
     rows = Rows(scenes.values())
-    for row in rows.columns[0].ratios():
-        rows.append([row_title(scenes, row), *ratio_cells(scenes, row)])
+    for row in ratios.ROWS:
+        rows.add(row_title(scenes, row), lambda scene: ratio_cell(scene, row))
     what = "Our update, in multiples of a loop that only reads"
     rows.add(what, lambda s: digits(s.times_the_floor(), 2) + "x")
     rows.add("Our bytes per segment, boxes", lambda s: digits(s.bytes(BOXES)))
@@ -79,20 +102,49 @@ def all_ratios(scenes):
     return Table("ratios", "Speed-up", header_of(scenes, SPEED_UP), rows, READ_RATIOS)
 
 
+VARIANTS = {
+    "debian": "as Debian builds FCL",
+    "native": "FCL and ours rebuilt with -O3 -march=native",
+    "float": "both in float",
+    "avx2": "ours held to AVX2",
+    "sse4": "ours held to SSE4",
+}
+
+
+def at_their_best(parts):
+    """FCL's and our builds and scalars: a row for each scene and row of ratios()."""
+    rows = []
+    found = {}
+    for name, part in chosen(parts, "best").items():
+        scene, variant = name.rsplit("_", 1)
+        found.setdefault(scene, {})[variant] = Scene(scene, part)
+    for name, scenes in found.items():
+        for row in (ratios.TIGHT, ratios.UPDATE, ratios.TOUCHING_TEST):
+            cells = [
+                ratio_cell(scenes[variant], row) if variant in scenes else "-"
+                for variant in VARIANTS
+            ]
+            rows.append([f"{next(iter(scenes.values())).title()}: {row}", *cells])
+    header = [SPEED_UP, *VARIANTS.values()]
+    return Table("best-builds", "FCL at its best", header, rows, ratios.READ)
+
+
 def best(scenes):
     """Whom the ratios are against."""
-    found = [scene.ratios() for scene in scenes.values()]
-    rows = [row for row in found[0] if not row.endswith(ON_2_THREADS)]
-    who = [
-        [row] + [title(scene[row].against) if scene[row] else ABSENT for scene in found]
-        for row in rows
-    ]
-    for on, suffix in (("1 thread", ""), ("2 threads", "_2_threads")):
-        cells = [visited_ratio(scene, on, BOXES + suffix) for scene in scenes.values()]
-        what = f"Detection per visited pair: speed-up over Embree, {on}"
-        who.append([what, *cells])
+    rows = Rows(scenes.values())
+    for row in ratios.ROWS:
+        if not row.endswith(ON_2_THREADS):
+
+            def against(scene):
+                ratio = scene.ratios[row]
+                return title(ratio.against) if ratio else ratio_cell(scene, row)
+
+            rows.add(row, against)
+    for threads in (1, 2):
+        what = f"Detection per visited pair: speed-up over Embree, {threads} thread"
+        rows.add(what + "s" * (threads - 1), lambda scene: visited_ratio(scene, threads))
     caption = "Whom each row compares with. Ours visits each pair once, Embree in both orders."
-    return Table("best", "The fastest of the others", header_of(scenes), who, caption)
+    return Table("best", "The fastest of the others", header_of(scenes), rows, caption)
 
 
 def per_visited(scene, name):
@@ -100,20 +152,21 @@ def per_visited(scene, name):
     return 1e9 * scene.part.runs("Frames", name, "detection") / scene.median(name, "visited")
 
 
-def visited_ratio(scene, on, ours):
-    if not scene.has_embree():
-        return ABSENT
-    against = min(scene.embree(on), key=lambda name: per_visited(scene, name).median())
+def visited_ratio(scene, threads):
+    names = scene.of("Embree", threads=threads)
+    if not names:
+        return ratio_cell(scene, ratios.EMBREE)
+    against = min(names, key=lambda name: per_visited(scene, name).median())
+    ours = BOXES + "_2_threads" * (threads - 1)
     return ratio_of(per_visited(scene, against), per_visited(scene, ours), against).text()
 
 
-def scene_table(scene, ranges=False):
-    """`ranges`: of all times, not of a frame's alone."""
+def scene_table(scene):
     part, rows = scene.part, []
     for name in sorted(scene.contenders, key=order_of):
         cells = []
         for key in ("set_up", ratios.set_up_key(name), *PHASES[1:]):
-            form = time_and_range if ranges or key == "frame" else lambda runs: time(runs.median())
+            form = time_and_interval if key == "frame" else lambda runs: time(runs.median())
             known = part.knows("Frames", name, key)
             cells.append(form(part.runs("Frames", name, key)) if known else "-")
         counts, then = ["-"] * 4, ratios.after_query(name)
@@ -130,7 +183,7 @@ def scene_table(scene, ranges=False):
     header = ["", *SET_UP_TITLES, *PHASE_TITLES[1:], "pairs", "ns per visited pair", "touching"]
     header += ["bytes per segment", "runs"]
     caption = (
-        "Times are medians, with the lowest and the highest in brackets. 'And test' is a "
+        "Times are medians, that of a frame with its 95 % interval. 'And test' is a "
         "closed-form test of two capsules in the callback. 'And collide' is fcl::collide; its "
         "detection and ~ are scaled up from the sample. Only FCL's managers read boxes that "
         "somebody has written. A tree of FCL's that was fastest in some phases alone, when all "

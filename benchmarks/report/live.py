@@ -63,7 +63,7 @@ class Run:
 
 
 def runs_of(parts):
-    scenes = chosen(parts, "live_{}", SCENES)
+    scenes = chosen(parts, "live", SCENES)
     return [
         Run(part, scene, motion)
         for scene, part in scenes.items()

@@ -7,7 +7,6 @@ from ratios import Ratio, ratio_of
 from tables import Table, chosen, count, digits, time, title
 
 HAIR = ("cap", "combed")
-SCENES = (*HAIR, "cables")
 SETS = ("all segments", "without roots")
 READ = (
     "Times are medians on one thread. A ratio is one of medians, with the lowest and the highest "
@@ -80,9 +79,9 @@ def hair_rows(scene, part):
 
 def rows_of(parts):
     rows = []
-    for scene, part in chosen(parts, "obstacles_{}", HAIR).items():
+    for scene, part in chosen(parts, "obstacles", HAIR).items():
         rows += hair_rows(scene, part)
-    for part in chosen(parts, "obstacles_{}", SCENES[-1:]).values():
+    for part in chosen(parts, "obstacles", ("cables",)).values():
         for who, how in (("arrays", "by arrays of FiberTree"), ("manager", "by the manager")):
             what = f"cables, least distance, {how}"
             row = speed_up(what, part, ("Distance", who), fcl_of(part, "Distance"))
@@ -100,7 +99,7 @@ def table(parts):
 def counts(parts):
     """What was found, and what FCL finds that is wrong."""
     rows = []
-    for scene, part in chosen(parts, "obstacles_{}", HAIR).items():
+    for scene, part in chosen(parts, "obstacles", HAIR).items():
         for of in SETS:
             keys = ("segments", "triangles", "touching", "missed", "extra", "undecided")
             found = dict(zip(keys, part.medians("Judged", of, *keys)))

@@ -41,7 +41,7 @@ def cell(part, name):
 
 
 def table(parts):
-    found = chosen(parts, "cascade_{}", SCENES)
+    found = chosen(parts, "cascade", SCENES)
     titles = {BOXES: "boxes, united bottom up", "boxes/basis": "boxes, kept while a basis holds"}
     spheres = {solver: f"spheres by {who}" for solver, who in WELZL.items()}
     for solver, who in {"exact": "spheres", **spheres}.items():

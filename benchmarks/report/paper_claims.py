@@ -240,7 +240,7 @@ def ratio_span(values):
 
 def loose(parts):
     """What cages cost that stayed where they were."""
-    for name, part in chosen(parts, "cascade_{}", ("static", "dynamic")).items():
+    for name, part in chosen(parts, "cascade", ("static", "dynamic")).items():
         tests = [
             part.median("Cascade", f"{kept}/exact", "volume_tests")
             for kept in ("where_it_was", "anew")
@@ -250,7 +250,7 @@ def loose(parts):
 
 
 def opened(parts):
-    found = chosen(parts, "volumes_{}", VOLUME_SCENES).values()
+    found = chosen(parts, "volumes", VOLUME_SCENES).values()
     for tree, when in TREES.items():
         ratios = [
             part.median("Volumes", f"{tree}/boxes_by_volume", "volume_tests")
@@ -296,7 +296,7 @@ VOLUME_SCENES = {
 
 def volumes(parts):
     """Tests, leaf pairs and times: of boxes, and of other volumes relative to them."""
-    found = chosen(parts, "volumes_{}", VOLUME_SCENES)
+    found = chosen(parts, "volumes", VOLUME_SCENES)
     keys = ("volume_tests", "leaf_pairs", "detection", "fit")
     rows = []
     for tree, when in TREES.items():

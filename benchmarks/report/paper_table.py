@@ -159,7 +159,7 @@ class Cells:
 
 
 def scenes_of(parts):
-    found = {key: SCENES[key] for key in chosen(parts, "table_{}", SCENES)}
+    found = {key: SCENES[key] for key in chosen(parts, "table", SCENES)}
     if "table_hair" in parts:
         found["hair"] = Scene(parts["table_hair"].title("hair"))
     return found
@@ -272,7 +272,7 @@ def ratios(parts):
 def styles(parts):
     """What order, length, style and turn cost the published boxes."""
     rows = []
-    for key, part in chosen(parts, "styles_{}", STYLES).items():
+    for key, part in chosen(parts, "styles", STYLES).items():
         case = "half scalp" if key.startswith("scalp") else "strand of 1,000"
         touching = part.median("VolumeTests", "LayeredAABBTree/capsules", "touching")
         keys = ("volume_tests", "share")

@@ -7,6 +7,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+import interval
 from ratios import BOXES, CAPSULES, COLLIDE, TEST
 
 INK, RED = "#1d2330", "#e01b24"
@@ -66,18 +67,20 @@ def log_axis(axis, label):
 
 def headline_bars(scene):
     """Groups of bars: (label, contender, colour)."""
-    boxes = [("ours", BOXES, "#0072b2")]
-    if scene.has_embree():
-        boxes.append(("Embree", scene.best(scene.embree(), "frame"), "#e69f00"))
-    touching = [("ours", CAPSULES, "#56b4e9")]
-    for group, label, kind, then, colour in (
-        (boxes, "tight boxes", "tight", "", "#5b6475"),
-        (boxes, "its own boxes", "stock", "", "#a3aab7"),
-        (touching, "tight boxes + capsule test", "tight", TEST, "#5b6475"),
-        (touching, "tight boxes + fcl::collide", "tight", COLLIDE, "#7e8797"),
-        (touching, "its own boxes + fcl::collide", "stock", COLLIDE, "#a3aab7"),
+    boxes, touching = [("ours", BOXES, "#0072b2")], [("ours", CAPSULES, "#56b4e9")]
+    for group, label, library, kind, then, colour in (
+        (boxes, "Embree", "Embree", "", "", "#e69f00"),
+        (boxes, "uniform grid", "Grid", "", "", "#cc79a7"),
+        (boxes, "FCL, tight boxes", "FCL", "tight", "", "#5b6475"),
+        (boxes, "FCL, its own boxes", "FCL", "stock", "", "#a3aab7"),
+        (touching, "coal, tight boxes + capsule test", "coal", "tight", TEST, "#d55e00"),
+        (touching, "FCL, tight boxes + capsule test", "FCL", "tight", TEST, "#5b6475"),
+        (touching, "FCL, tight boxes + fcl::collide", "FCL", "tight", COLLIDE, "#7e8797"),
+        (touching, "FCL, its own boxes + fcl::collide", "FCL", "stock", COLLIDE, "#a3aab7"),
     ):
-        group.append((f"FCL, {label}", scene.best(scene.fcl(kind, then), "frame"), colour))
+        names = scene.of(library, kind, then)
+        if names:
+            group.append((label, scene.best(names, "frame"), colour))
     return {"pairs whose boxes overlap": boxes, "pairs that touch": touching}
 
 
@@ -94,10 +97,11 @@ def headline(scenes):
                 at += 1
                 runs = scene.part.runs("Frames", name, "frame")
                 middle = runs.median()
-                error = [[middle - runs.min()], [runs.max() - middle]]
+                low, high = interval.of_ratio(runs, 1)
+                error = [[middle - low], [high - middle]]
                 axis.barh(at, middle, 0.72, color=colour, xerr=error, ecolor=INK, capsize=2)
                 place = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
-                axis.annotate(seconds_label(middle), (runs.max(), at), color=INK, **place)
+                axis.annotate(seconds_label(middle), (high, at), color=INK, **place)
                 ticks.append((at, label))
                 values.append(middle)
             at += 1.3

@@ -55,7 +55,7 @@ def times_as_fast(part, query, threads, rival):
 
 
 def steps(parts):
-    scenes = chosen(parts, "steps_{}", SCENES)
+    scenes = chosen(parts, "steps", SCENES)
     rows = Rows(scenes.values())
     for query, call in QUERIES.items():
         for threads, on in THREADS.items():
@@ -94,7 +94,7 @@ def import_more(part):
 
 def costs(parts):
     rows = []
-    for scene, part in chosen(parts, "overhead_{}", LARGE).items():
+    for scene, part in chosen(parts, "overhead", LARGE).items():
         for query, call in QUERIES.items():
             for threads, on in THREADS.items():
                 for other, into in (("cpp", ""), ("cpp_new", ", new vector")):

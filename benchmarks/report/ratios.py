@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Who is best, and how many times as fast ours are."""
 
+import re
 from dataclasses import dataclass
+from functools import cached_property
 
+import interval
 from tables import digits
 
 BOXES, CAPSULES = "LayeredAABBTree/boxes", "LayeredAABBTree/capsules"
@@ -15,9 +18,30 @@ FCL = {
     "SpatialHashing": "FCL spatial hashing",
     "Naive": "FCL naive",
 }
+RUN_ONCE = ("Bullet", "coal")  # where they take long
 ROUNDING = 0.01  # Bounds are rounded outward: so many more pairs are the same work.
 
-# Rows of Scene.ratios().
+# What the callback does with a pair, by how the contender's name ends; what a careful user
+# writes is first.
+TEST, COLLIDE = "_and_test", "_and_collide"
+ON_2_THREADS = "; ours on 2 threads"
+
+
+@dataclass(frozen=True)
+class Row:
+    """What is compared: the least median of a library's contenders, and ours."""
+
+    title: str
+    library: str  # FCL, or how the names of its contenders begin
+    key: str = "frame"
+    ours: str = BOXES
+    boxes: str = ""  # tight, stock, or any
+    then: str = ""  # TEST or COLLIDE on its pairs
+    our_key: str = ""  # if it is another one
+    threads: int = 1
+    same_pairs: bool = False  # its boxes are ours, so that it has to report as many pairs
+
+
 TIGHT = "Detection: FCL, tight boxes"
 STOCK = "Detection: FCL, stock boxes"
 UPDATE = "Update: FCL"
@@ -26,43 +50,93 @@ SET_UP_WITH_BOXES = "Set-up: FCL, with its boxes"
 TOUCHING_TEST = "Touching pairs: FCL, tight boxes, a closed-form capsule test"
 TOUCHING_TIGHT = "Touching pairs: FCL, tight boxes, fcl::collide"
 TOUCHING_STOCK = "Touching pairs: FCL, stock boxes, fcl::collide"
-# What the callback of FCL's tree does with a pair, by how the contender's name ends; what a careful
-# user writes is first.
-TEST, COLLIDE = "_and_test", "_and_collide"
-TOUCHING = {
-    TOUCHING_TEST: ("tight", TEST),
-    TOUCHING_TIGHT: ("tight", COLLIDE),
-    TOUCHING_STOCK: ("stock", COLLIDE),
-}
-EMBREE = {"frame": "Update + detection", "update": "Update", "set_up": "Set-up"}
-ON_2_THREADS = "; ours on 2 threads"
+COAL_TEST = "Touching pairs: coal, tight boxes, a closed-form capsule test"
+EMBREE, EMBREE_2 = (f"Update + detection: Embree, {n}" for n in ("1 thread", "2 threads"))
+GRID = "Update + detection: a uniform grid over midpoints"
 
-SCENES = ("helix", "helix-2000", "cap", "paper-dynamic")
+
+def _rows():
+    yield Row(TIGHT, "FCL", "detection", BOXES, "tight", same_pairs=True)
+    yield Row(STOCK, "FCL", "detection", BOXES, "stock")
+    yield Row(UPDATE, "FCL", "update")
+    yield Row(SET_UP, "FCL", "set_up")
+    yield Row(SET_UP_WITH_BOXES, "FCL", "set_up_with_boxes", our_key="set_up")
+    for suffix, threads in (("", ""), (ON_2_THREADS, "_2_threads")):
+        ours = CAPSULES + threads
+        yield Row(TOUCHING_TEST + suffix, "FCL", "frame", ours, "tight", TEST)
+        yield Row(TOUCHING_TIGHT + suffix, "FCL", "frame", ours, "tight", COLLIDE)
+        yield Row(TOUCHING_STOCK + suffix, "FCL", "frame", ours, "stock", COLLIDE)
+    yield Row("Detection: coal, tight boxes", "coal", "detection", BOXES, "tight", same_pairs=True)
+    yield Row("Update: coal", "coal", "update")
+    yield Row(COAL_TEST, "coal", "frame", CAPSULES, "tight", TEST)
+    yield Row(
+        COAL_TEST.replace("a closed-form capsule test", "coal::collide"),
+        "coal",
+        "frame",
+        CAPSULES,
+        "tight",
+        COLLIDE,
+    )
+    yield Row(EMBREE, "Embree")
+    yield Row(EMBREE_2, "Embree", ours=BOXES + "_2_threads", threads=2)
+    for key, what in (("update", "Update"), ("set_up", "Set-up")):
+        yield Row(f"{what}: Embree, 1 thread", "Embree", key)
+        yield Row(f"{what}: Embree, 2 threads", "Embree", key, BOXES + "_2_threads", threads=2)
+    yield Row(GRID, "Grid")
+    yield Row("Update + detection: Bullet", "Bullet")
+
+
+ROWS = {row.title: row for row in _rows()}
+
+READ = (
+    "Ratios are of medians, with their 95 % intervals. One is 'as fast' where the interval lies "
+    "within 0.9 to 1.1, and 'too noisy to tell' where its ends differ by a factor above 1.5."
+)
+NOISY = 1.5  # An interval whose ends differ by more tells nothing.
+AS_FAST = (0.9, 1.1)
 
 
 @dataclass
 class Ratio:
-    """Of medians; and the least and the greatest that single runs allow."""
+    """Of medians, with the ends of its 95 % interval."""
 
     value: float
     low: float
     high: float
-    against: str  # the name of the other
+    against: str = ""  # the name of the other
+    is_single: bool = False  # of one run, which has no interval
 
     def text(self, with_boxes=False):
         """`with_boxes`: and which ones FCL had, tight or stock."""
-        spread = f"({digits(self.low, 2)} to {digits(self.high, 2)})"
-        if with_boxes:
-            spread += ", " + self.against.split("/")[1].split("_")[0]
-        # Of the range as it is shown, so that the reader sees the rule.
-        low, high = (float(digits(side, 2).replace(",", "")) for side in (self.low, self.high))
-        as_fast = low <= 1 <= high
-        return f"as fast {spread}" if as_fast else f"{digits(self.value, 2)}x {spread}"
+        if self.is_single:
+            return f"about {digits(self.value, 2)}x, one run"
+        # Of the interval as it is shown, so that the reader sees the rule.
+        low, high = (digits(side, 2) for side in (self.low, self.high))
+        least, most = (float(side.replace(",", "")) for side in (low, high))
+        if most > NOISY * least:
+            verdict = "too noisy to tell"
+        elif AS_FAST[0] <= least and most <= AS_FAST[1]:
+            verdict = "as fast"
+        else:
+            verdict = f"{digits(self.value, 2)}x"
+        boxes = f", {boxes_of(self.against)}" if with_boxes else ""
+        return f"{verdict} ({low} to {high}){boxes}"
 
 
-def ratio_of(theirs, ours, against):
-    low, high = theirs.min() / ours.max(), theirs.max() / ours.min()
-    return Ratio(theirs.median() / ours.median(), low, high, against)
+def ratio_of(theirs, ours, against=""):
+    """Of two series of runs."""
+    ends = interval.of_ratio(theirs, ours)
+    return Ratio(theirs.median() / ours.median(), *ends, against, len(theirs) == 1)
+
+
+def median_of(ratios):
+    """Of ratios of single runs, each of which has taken both times by turns."""
+    return Ratio(ratios.median(), *interval.of_ratio(ratios, 1))
+
+
+def boxes_of(name):
+    """`tight` or `stock`, or nothing of a library that has boxes of its own."""
+    return next((word for word in re.split("[/_]", name) if word in ("tight", "stock")), "")
 
 
 def is_fcls(name):
@@ -100,16 +174,20 @@ class Scene:
     def checked(self, name, key):
         return self.part.median("Checked", name, key)
 
-    def fcl(self, boxes="", then=""):
-        """FCL's contenders with such boxes, tight or stock; any if none are named. `then`: TEST or
-        COLLIDE on their pairs."""
-        names = [name for name in self.contenders if is_fcls(name)]
-        names = [name for name in names if after_query(name) == then]
-        return [name for name in names if f"/{boxes}" in name]
+    def of(self, library, boxes="", then="", threads=1):
+        """A library's contenders with such boxes, and with TEST or COLLIDE on their pairs."""
 
-    def embree(self, on="1 thread"):
-        names = [name for name in self.contenders if name.startswith("Embree/")]
-        return [name for name in names if name.endswith("_2_threads") == (on == "2 threads")]
+        def is_its(name):
+            return is_fcls(name) if library == "FCL" else name.startswith(library)
+
+        return [
+            name
+            for name in self.contenders
+            if is_its(name)
+            and after_query(name) == then
+            and name.endswith("_2_threads") == (threads == 2)
+            and (not boxes or boxes_of(name) == boxes)
+        ]
 
     def best(self, names, key):
         """The one rule for all rows: the least median of exactly what the row measures. A tree that
@@ -122,55 +200,40 @@ class Scene:
     def runs(self, name, key):
         runs = self.part.runs("Frames", name, key)
         least = 3 if self.segments >= 1_000_000 else 5
-        if len(runs) < least:
+        if len(runs) < least and not name.startswith(RUN_ONCE):
             raise ValueError(f"{self.part.file}: {name} has {len(runs)} runs, not {least}")
         return runs
 
-    def ratio(self, names, key, ours, our_key=""):
-        against = self.best(names, key)
-        return ratio_of(self.runs(against, key), self.runs(ours, our_key or key), against)
+    def has(self, library):
+        """False where it is not installed."""
+        return library not in self.part.context["left_out"]
 
-    def has_embree(self):
-        return bool(self.embree()) or "Embree" not in self.part.context["left_out"]
-
-    def detection_on_tight_boxes(self):
-        """Boxes are the same only if there are as many pairs."""
-        ratio = self.ratio(self.fcl("tight"), "detection", BOXES)
-        ours, theirs = self.median(BOXES, "pairs"), self.median(ratio.against, "pairs")
-        if abs(ours - theirs) > ROUNDING * theirs:
-            raise ValueError(f"{self.part.file}: {ours} pairs, {ratio.against} {theirs}")
-        return ratio
-
+    @cached_property
     def ratios(self):
-        """By row, one thread where the row does not say; None where a library is not installed."""
-        found = {
-            TIGHT: self.detection_on_tight_boxes(),
-            STOCK: self.ratio(self.fcl("stock"), "detection", BOXES),
-            UPDATE: self.ratio(self.fcl(), "update", BOXES),
-            SET_UP: self.ratio(self.fcl(), "set_up", BOXES),
-            SET_UP_WITH_BOXES: self.ratio(self.fcl(), "set_up_with_boxes", BOXES, "set_up"),
-        }
-        for suffix, threads in (("", ""), (ON_2_THREADS, "_2_threads")):
-            for row, boxes_and_then in TOUCHING.items():
-                names = self.fcl(*boxes_and_then)
-                found[row + suffix] = self.ratio(names, "frame", CAPSULES + threads)
-        for key, what in EMBREE.items():
-            for on, ours in (("1 thread", BOXES), ("2 threads", BOXES + "_2_threads")):
-                names = self.embree(on)
-                ratio = self.ratio(names, key, ours) if self.has_embree() else None
-                found[f"{what}: Embree, {on}"] = ratio
-        return found
+        """By the title of a row; None where the library was not measured."""
+        return {title: self.ratio(row) for title, row in ROWS.items()}
+
+    def ratio(self, row):
+        names = self.of(row.library, row.boxes, row.then, row.threads)
+        if not names and row.library != "FCL":
+            return None
+        best, ours = self.best(names, row.key), self.runs(row.ours, row.our_key or row.key)
+        if row.same_pairs:
+            pairs, theirs = self.median(row.ours, "pairs"), self.median(best, "pairs")
+            if abs(pairs - theirs) > ROUNDING * theirs:
+                raise ValueError(f"{self.part.file}: {pairs} pairs, {best} {theirs}")
+        return ratio_of(self.runs(best, row.key), ours, best)
 
     def sampled(self, boxes):
         """Pairs that fcl::collide was called on and pairs that there are, of the best."""
-        name = self.best(self.fcl(boxes, COLLIDE), "frame")
+        name = self.best(self.of("FCL", boxes, COLLIDE), "frame")
         return self.median(name, "sampled"), self.median(name, "of")
 
     def bytes(self, name):
         return self.checked(name, "bytes_after_frames") / self.segments
 
     def of_fcls_bytes(self):
-        return self.bytes(BOXES) / self.bytes(self.best(self.fcl(), "frame"))
+        return self.bytes(BOXES) / self.bytes(self.best(self.of("FCL"), "frame"))
 
     def times_the_floor(self):
         return self.median(BOXES, "update") / self.part.median("Floor", "read", "seconds")

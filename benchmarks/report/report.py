@@ -6,6 +6,7 @@ What was not run is named as not measured. Anything else that is missing is an e
 
 import argparse
 import base64
+import json
 import re
 import shutil
 import sys
@@ -21,6 +22,7 @@ import card
 import elsewhere
 import frames
 import live
+import machines
 import motion
 import narrow
 import obstacles
@@ -32,41 +34,19 @@ import paper_table
 import pictures
 import python_steps
 import shapes
-import targets
+import summary
 import threads
 import trade
-from results import circumstances, load
-from tables import MARK, Table, count, digits, documents, time
+from machines import MainTable
+from results import circumstances, load, told
+from tables import FIGURE, LIST, MARK, Table, count, digits, documents, time
 
-# Tables that documents have, by the first word of their names. The others are on the page alone.
-DOCUMENTED = {
-    "headline": ("headline",),
-    "full": (
-        *("ratios", "best", "scene", "elsewhere", "clients", "changes", "candidates"),
-        *("beside", "fibers-of", "one-by-one", "arms"),
-        *("arrays", "growth", "obstacles", "obstacle-counts"),
-        *("motion", "live", "live-counts"),
-    ),
-    "trade": (
-        *("trade-dials", "trade", "costs", "unused", "skins"),
-        *("narrow", "narrow-errors", "narrow-kinds"),
-    ),
-    "paper": (
-        "table-1",
-        "table-1-hard",
-        "table-1-ratios",
-        "paper-styles",
-        "paper-static",
-        "paper-replay",
-        "paper-claims",
-        "paper-cascade",
-        "paper-volumes",
-    ),
-    "python": ("python-steps", "python-costs"),
-    "card": ("card", "card-scene"),
-    "threads": ("threads",),
-}
-BARS = "Bars are medians. Lines reach from the lowest run to the highest."
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from sets import SETS  # noqa: E402
+
+MEASURED = Path("docs", "measured")  # tables that no document has
+HAIR = "frames_hair"
+BARS = "Bars are medians. Lines reach to the ends of the 95 % interval."
 
 
 @dataclass
@@ -89,12 +69,15 @@ class Figure:
 class Report:
     """Tables and figures of one set."""
 
-    def __init__(self, kind, title, folder, wanted):
-        """`wanted`: the files of the set's measures, a regex each, by what is measured."""
+    def __init__(self, kind, title, folder):
         self.kind, self.title, self.folder = kind, title, folder
-        self.parts = load(folder, "|".join([*wanted.values(), "frames_hair"]))
-        self.missing = [what for what, files in wanted.items() if not self.has(files)]
-        self.blocks = []
+        names = [measure.name for measure in SETS[kind]]
+        self.parts = load(folder, [*names, HAIR])
+        self.missing = [name for name in names if name not in self.parts]
+        if HAIR in self.parts:
+            self.missing = []
+        self.blocks, self.main, self.sentences = [], [], {}
+        self.on_page_alone = set()
 
     def has(self, files):
         return any(re.fullmatch(files, name) for name in self.parts)
@@ -102,10 +85,11 @@ class Report:
     def add(self, files, make, *arguments):
         """A table of such files, if there are any."""
         if self.has(files):
-            self.blocks.append(make(*arguments))
+            table = make(*arguments)
+            (self.main if isinstance(table, MainTable) else self.blocks).append(table)
 
     def draw(self, files, name, title, caption, make, *arguments):
-        """Likewise a figure."""
+        """A figure of such files, if there are any."""
         if self.has(files):
             self.blocks.append(Figure(name, title, caption, partial(make, *arguments)))
 
@@ -115,72 +99,63 @@ class Report:
     def figures(self):
         return [block for block in self.blocks if isinstance(block, Figure)]
 
-    def documented(self):
-        """Of several scenes each one's table."""
-        words = DOCUMENTED[self.kind]
-        return {name: t for name, t in self.tables().items() if name.split()[0] in words}
+    @property
+    def machine(self):
+        return told(self.parts, "machine").split(", ")[0]
+
+    def source(self, command):
+        return f"`{command}`, {circumstances(self.parts)}"
 
 
-def files_of(kind, scenes):
-    return {f"{kind} of {scene}": f"{kind}_{scene}" for scene in scenes}
+def headline(folder):
+    report = Report("headline", "The headline", folder)
+    scenes = frames.scenes_of(report.parts)
+    report.add("frames_(?!hair).*", frames.readme, scenes)
+    report.add("frames_.*", frames.headline, scenes)
+    report.draw("frames_.*", "headline", "Time of a frame", BARS, pictures.headline, scenes)
+    add_frames(report, scenes)
+    report.on_page_alone = report.tables().keys() - {"headline"}  # the set full has the others
+    return report
 
 
-def speed(kind, folder, with_targets=False):
-    """The sets headline and full."""
-    if kind == "headline":
-        report = Report(kind, "The headline", folder, files_of("frames", frames.HEADLINE))
-    else:
-        wanted = files_of("frames", frames.FULL)
-        wanted |= {"queries": "queries", "clients": "clients", "shapes": "shapes", "arms": "arms"}
-        wanted |= files_of("arrays", arrays.SCENES) | {"growth": "growth"}
-        wanted |= files_of("obstacles", obstacles.SCENES)
-        wanted |= {f"motion by {radii} radii": f"motion_{radii}" for radii in motion.MOTIONS}
-        wanted |= {f"pairs that live of {scene}": f"live_{scene}" for scene in live.SCENES}
-        wanted |= {"safe distances": "safe-distances"}
-        report = Report(kind, "All figures", folder, wanted)
-    scenes, parts = frames.scenes_of(report.parts), report.parts
-    if kind == "headline":
-        report.add("frames_.*", frames.headline, scenes)
+def add_frames(report, scenes):
     report.add("frames_.*", frames.all_ratios, scenes)
     report.add("frames_.*", frames.best, scenes)
-    picture = "headline" if kind == "headline" else ""
-    report.draw("frames_.*", picture, "Time of a frame", BARS, pictures.headline, scenes)
-    if with_targets:
-        report.add("frames_.*", targets.of_frames, scenes, parts.get("growth"))
-        found = [parts.get(name) for name in ("queries", "clients")]
-        report.add("queries|clients", targets.of_managers, *found)
-        report.add("shapes", targets.of_shapes, parts.get("shapes"))
-        report.add("arms", targets.of_arms, parts.get("arms"))
-        report.add("arrays_.*", targets.of_arrays, parts)
-        report.add("obstacles_.*", targets.of_obstacles, parts)
-        report.add(r"motion_\d+", targets.of_motion, parts)
-        report.add("live_.*", targets.of_live, parts)
     for name, scene in scenes.items():
-        report.add(f"frames_{name}", frames.scene_table, scene, kind == "headline")
+        report.add(f"frames_{name}", frames.scene_table, scene)
         report.add(f"frames_{name}", frames.tried, scene)
-    report.add("queries", elsewhere.elsewhere, parts.get("queries"))
-    report.add("clients", elsewhere.clients, parts.get("clients"))
-    report.add("clients", elsewhere.changes, parts.get("clients"))
-    report.add("queries", elsewhere.candidates, parts.get("queries"))
+        report.on_page_alone.add(f"tried {name}")
+
+
+def full(folder):
+    report = Report("full", "All figures", folder)
+    parts, add = report.parts, report.add
+    scenes = frames.scenes_of(parts)
+    add("frames_(?!hair).*|obstacles_.*|motion_.*|clients", summary.table, parts)
+    report.sentences = dict(summary.sentences(parts))
+    report.draw("frames_.*", "", "Time of a frame", BARS, pictures.headline, scenes)
+    add_frames(report, scenes)
+    add("best_.*", frames.at_their_best, parts)
+    add("queries", elsewhere.elsewhere, parts.get("queries"))
+    add("clients", elsewhere.clients, parts.get("clients"))
+    add("clients", elsewhere.changes, parts.get("clients"))
+    add("queries", elsewhere.candidates, parts.get("queries"))
     for table in (shapes.beside, shapes.fibers_of, shapes.one_by_one):
-        report.add("shapes", table, parts.get("shapes"))
-    report.add("arms", arms.arms, parts.get("arms"))
-    report.add("arrays_.*", arrays.table, parts)
-    report.add("growth", frames.growth, parts.get("growth"))
-    report.add("obstacles_.*", obstacles.table, parts)
-    report.add("obstacles_(cap|combed)", obstacles.counts, parts)
-    report.add(r"motion_\d+", motion.table, parts)
-    report.add("live_.*", live.table, parts)
-    report.add("live_.*", live.counts, parts)
-    report.add("safe-distances", live.safe_distances, parts.get("safe-distances"))
+        add("shapes", table, parts.get("shapes"))
+    add("arms", arms.arms, parts.get("arms"))
+    add("arrays_.*", arrays.table, parts)
+    add("growth", frames.growth, parts.get("growth"))
+    add("obstacles_.*", obstacles.table, parts)
+    add("obstacles_(cap|combed)", obstacles.counts, parts)
+    add(r"motion_\d+", motion.table, parts)
+    add("live_.*", live.table, parts)
+    add("live_.*", live.counts, parts)
+    add("safe-distances", live.safe_distances, parts.get("safe-distances"))
     return report
 
 
 def trade_offs(folder):
-    wanted = files_of("trade", trade.SCENES) | {"costs": "costs", "unused features": "unused"}
-    wanted |= {"skins of pairs that live": "skins"}
-    wanted |= {"narrow phases": "narrow", "narrow phases of paper-static": "narrow_paper-static"}
-    report = Report("trade", "What accuracy costs", folder, wanted)
+    report = Report("trade", "What accuracy costs", folder)
     parts = report.parts
     report.add("trade_.*", trade.dials, parts)
     for name in trade.SCENES:
@@ -198,21 +173,10 @@ def trade_offs(folder):
 
 
 def paper_again(folder):
-    names = ("radii", "rods", "axis_turned_0", "axis_turned_1", "pictures", "chain-claims")
-    names += tuple(paper_claims.REPLAYS)
-    wanted = {name: name for name in names}
-    wanted |= {"static assembly": r"static_\d+", "chains": r"chain_(random|snake)_\d+"}
-    wanted |= {f"table of {name}": f"table_{name}" for name in paper_table.SCENES}
-    wanted |= {f"volume tests of {name}": f"tests_{name}" for name in paper_table.SCENES}
-    wanted |= {f"slow tree {name}": f"long_{name}" for name in paper_table.SLOW}
-    wanted |= {f"volumes of {name}": f"volumes_{name}" for name in paper_claims.VOLUME_SCENES}
-    wanted |= {f"style {name}": f"styles_{name}" for name in paper_table.STYLES}
-    wanted |= {f"cages of {name}": f"cascade_{name}" for name in paper_cascade.SCENES}
-    wanted |= {"sizes of cages": r"cascade_static_\d+"}
-    report = Report("paper", "The paper's measurements, again", folder, wanted)
+    report = Report("paper", "The paper's measurements, again", folder)
     parts = report.parts
-    if "frames_hair" in parts:
-        parts["table_hair"] = parts["frames_hair"]
+    if HAIR in parts:
+        parts["table_hair"] = parts[HAIR]
     for hard in (False, True):
         ours = [name for name, scene in paper_table.SCENES.items() if scene.hard == hard]
         ours += [] if hard else ["hair"]
@@ -266,24 +230,15 @@ def paper_again(folder):
     return report
 
 
-def python(folder, with_targets=False):
-    wanted = files_of("steps", python_steps.SCENES)
-    wanted |= files_of("overhead", python_steps.LARGE) | {"import": "import"}
-    report = Report("python", "The Python package", folder, wanted)
+def python(folder):
+    report = Report("python", "The Python package", folder)
     report.add("steps_.*", python_steps.steps, report.parts)
     report.add("overhead_.*|import", python_steps.costs, report.parts)
-    if with_targets:
-        report.blocks.append(targets.of_python(report.parts))
     return report
 
 
 def card_of_managers(folder):
-    wanted = {
-        f"{scene} in {scalar}": f"card_{scene}_{scalar}"
-        for scene in card.SCENES
-        for scalar in card.SCALARS
-    }
-    report = Report("card", "FCL's managers and ours on the paper's scenes", folder, wanted)
+    report = Report("card", "FCL's managers and ours on the paper's scenes", folder)
     parts, double = report.parts, "card_.*_double"
     report.add(double, card.summary, parts)
     report.draw(double, "card", "Frames and segments", card.PICTURE, card.picture, parts)
@@ -293,10 +248,15 @@ def card_of_managers(folder):
 
 
 def gains_of_threads(folder):
-    wanted = files_of("threads", threads.SCENES)
-    report = Report("threads", "What threads gain", folder, wanted)
+    report = Report("threads", "What threads gain", folder)
     report.blocks += threads.tables(report.parts)
     return report
+
+
+REPORTS = {
+    **{"headline": headline, "full": full, "trade": trade_offs, "paper": paper_again},
+    **{"python": python, "card": card_of_managers, "threads": gains_of_threads},
+}
 
 
 def write_page(report, path):
@@ -308,59 +268,85 @@ def write_page(report, path):
 
 
 def write_documents(report, root):
-    """Replaces the marked tables and the pictures of what was measured of this set."""
-    tables = report.documented()
-    due = set(tables)
-    known = {word: kind for kind, words in DOCUMENTED.items() for word in words}
+    """Renews the marked tables and figures of the documents, the other tables in docs/measured, and
+    the pictures, all of what was measured."""
+    tables, main = report.tables(), {table.name: table for table in report.main}
+    marked = {
+        m[2]: m[3] for path in documents(root) for m in MARK.finditer(path.read_text("utf-8"))
+    }
+    for name in main.keys() - marked.keys():
+        raise ValueError(f"no document has a mark for the table {name}")
+    store = root / MEASURED / "machines.json"
+    store.parent.mkdir(parents=True, exist_ok=True)
+    known = machines.read(store)
+    for name, table in main.items():
+        source = report.source(marked[name])
+        known[name] = machines.renewed(known, table, report.machine, source)
+    if main:
+        store.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
 
     def renewed(mark):
         head, name, command, _, foot = mark.groups()
-        if known[name.split()[0]] != report.kind:
-            return mark[0]
-        if report.missing and name not in tables:
-            return mark[0]  # of what was not measured
-        due.remove(name)  # a second one is an error
-        source = f"`{command}`, {circumstances(report.parts)}"
-        return f"{head}\n{tables[name].markdown()}\n\n{source}\n\n{foot}"
+        if name in main:
+            return f"{head}\n{machines.markdown(main[name], known[name])}\n\n{foot}"
+        if name in tables:
+            return f"{head}\n{tables[name].markdown()}\n\n{report.source(command)}\n\n{foot}"
+        return mark[0]
 
+    def figure(mark):
+        head, name, _, foot = mark.groups()
+        kind, _, name = name.partition(".")
+        if kind != report.kind or (report.missing and name not in report.sentences):
+            return mark[0]
+        return f"{head}{report.sentences[name]}{foot}"
+
+    alone = report.on_page_alone | marked.keys()
+    others = {name: table for name, table in tables.items() if name not in alone}
+
+    def listed(mark):
+        head, kind, text, foot = mark.groups()
+        if kind != report.kind:
+            return mark[0]
+        links = dict(re.findall(r"^\* \[(.+)\]\((measured/.+\.csv)\)$", text, re.MULTILINE))
+        links |= {table.title: f"measured/{file_of(name)}" for name, table in others.items()}
+        lines = "\n".join(f"* [{what}]({link})" for what, link in links.items())
+        return f"{head}\n{lines}\n\n{foot}"
+
+    command = "benchmarks/run.sh" + ("" if report.kind == "headline" else f" --{report.kind}")
+    for name, table in others.items():
+        text = table.csv(report.source(command))
+        (root / MEASURED / file_of(name)).write_text(text, encoding="utf-8")
     for path in documents(root):
-        path.write_text(MARK.sub(renewed, path.read_text(encoding="utf-8")), encoding="utf-8")
-    if due:
-        raise ValueError(f"no document has a mark for {', '.join(sorted(due))}")
-    for figure in report.figures():
-        if figure.name:
-            (root / "docs" / "images" / f"{figure.name}.png").write_bytes(figure.data)
+        text = MARK.sub(renewed, path.read_text(encoding="utf-8"))
+        path.write_text(LIST.sub(listed, FIGURE.sub(figure, text)), encoding="utf-8")
+    for drawn in report.figures():
+        if drawn.name:
+            (root / "docs" / "images" / f"{drawn.name}.png").write_bytes(drawn.data)
     for front in report.folder.glob("trade_*.svg"):
         if front.stem in report.parts:
             shutil.copy(front, root / "docs" / "images")
 
 
+def file_of(name):
+    return re.sub(r"[^\w-]+", "_", name).strip("_") + ".csv"
+
+
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("set", choices=DOCUMENTED)
+    parser.add_argument("set", choices=REPORTS)
     parser.add_argument("folder", type=Path, help="of the results")
     parser.add_argument("--page", type=Path, metavar="FILE.html")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="the first, if any")
     parser.add_argument("--docs", type=Path, metavar="ROOT", help="renews its tables and pictures")
-    parser.add_argument("--targets", action="store_true", help="full, python: met and missed")
     options = parser.parse_args(arguments)
-    if options.set in ("headline", "full"):
-        report = speed(options.set, options.folder, options.targets)
-    elif options.set == "python":
-        report = python(options.folder, options.targets)
-    else:
-        sets = {"trade": trade_offs, "paper": paper_again, "card": card_of_managers}
-        sets["threads"] = gains_of_threads
-        report = sets[options.set](options.folder)
-    shown = report.documented()
-    if options.targets:
-        found = report.tables().items()
-        shown |= {name: table for name, table in found if name.startswith("targets")}
-    for table in shown.values():
+    report = REPORTS[options.set](options.folder)
+    mains = [table.table({report.machine: table.cells}) for table in report.main]
+    shown = [t for name, t in report.tables().items() if name not in report.on_page_alone]
+    for table in (*mains, *shown):
         print(f"## {table.title}\n\n{table.markdown()}\n\n{table.caption}\n")
     print(circumstances(report.parts))
     if report.missing:
-        print(f"Not measured: {'; '.join(report.missing)}.")
+        print(f"Not measured: {', '.join(report.missing)}.")
     if options.page:
         write_page(report, options.page)
     if options.picture and report.figures():

@@ -101,21 +101,27 @@ def row_of(run):
     return row
 
 
-def load(folder, known):
-    """Parts by the file's name. A file whose name is not of the set, the regex `known`, is an
-    error; a measure that was not run has left no file."""
-    paths = sorted(folder.glob("*.json"))
+def load(folder, names):
+    """Parts by the file's name, in the order of `names`, those of the set. A file of another name
+    is an error; a measure that was not run has left no file."""
+    paths = {path.stem: path for path in folder.glob("*.json")}
     if not paths:
         raise FileNotFoundError(f"there are no results in {folder}")
-    for path in paths:
-        if not re.fullmatch(known, path.stem):
+    for path in paths.values():
+        if path.stem not in names:
             raise ValueError(f"{path}: this set has no measure of this name")
-    return {path.stem: Part(path) for path in paths}
+    return {name: Part(paths[name]) for name in names if name in paths}
+
+
+def told(parts, key):
+    """What the contexts of all parts have, each once."""
+    return " and ".join(dict.fromkeys(part.context.get(key, "unknown") for part in parts.values()))
 
 
 def circumstances(parts):
-    """One line: machine, compiler, build type, commit, and the hash of its code."""
-    keys = ("machine", "compiler", "build_type", "commit", "code")
-    found = [dict.fromkeys(p.context.get(key, "unknown") for p in parts.values()) for key in keys]
-    machine, compiler, build_type, commit, code = (" and ".join(values) for values in found)
-    return f"{machine}; {compiler}, {build_type}; commit {commit}, code {code}."
+    """One line: machine, compiler, build type, versions of the peers, commit and hash of code."""
+    machine, compiler, build_type, peers, commit, code = (
+        told(parts, key) for key in ("machine", "compiler", "build_type", "peers", "commit", "code")
+    )
+    peers = "" if peers == "unknown" else f"{peers}; "
+    return f"{machine}; {compiler}, {build_type}; {peers}commit {commit}, code {code}."

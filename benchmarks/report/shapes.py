@@ -4,8 +4,8 @@
 import pandas as pd
 
 from elsewhere import grouped
-from ratios import BOXES, CAPSULES, ratio_of
-from tables import Table, count, digits, time, times_and_range
+from ratios import BOXES, CAPSULES, READ, median_of, ratio_of
+from tables import Table, count, digits, time
 
 FCL = "DynamicAABBTree/stock"
 
@@ -34,7 +34,7 @@ def beside(part):
 
 def beside_cell(part, name):
     pairs = part.median("Beside", name, "with")
-    return times_and_range(beside_of(part, name)) + (f", {count(pairs)} pairs" if pairs else "")
+    return median_of(beside_of(part, name)).text() + (f", {count(pairs)} pairs" if pairs else "")
 
 
 def fibers_of(part):
@@ -44,7 +44,7 @@ def fibers_of(part):
         cells = [name, digits(size / segments), count(pairs)]
         for key in ("update", "detection"):
             found = part.ratios("FibersOf", name, key, "capsules_" + key)
-            cells += [time(part.median("FibersOf", name, key)), times_and_range(found)]
+            cells += [time(part.median("FibersOf", name, key)), median_of(found).text()]
         rows.append(cells)
     header = ["fibers of", "bytes per object", "pairs", "update", "update / capsules"]
     header += ["detection", "detection / capsules"]
@@ -61,7 +61,4 @@ def one_by_one(part):
         rows.append([grouped(what), *(time(found.median()) for found in runs), *speed_ups])
     header = ["", "kVolumes", "kCapsules", "FCL's dynamic tree"]
     header += ["speed-up, kVolumes", "speed-up, kCapsules"]
-    caption = (
-        "The ratio of medians and its range. A cell says 'as fast' where that range contains 1."
-    )
-    return Table("one-by-one", "One by one", header, rows, caption)
+    return Table("one-by-one", "One by one", header, rows, READ)

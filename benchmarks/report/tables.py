@@ -1,13 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers as text, and tables as Markdown; page.html has them as HTML."""
+"""Numbers as text, and tables as Markdown and CSV; page.html has them as HTML."""
 
+import csv
+import io
 import math
 import re
 from dataclasses import dataclass
 
+import interval
+
 UNITS = (("s", 1), ("ms", 1e-3), ("us", 1e-6))
 # A table's place in a document: head, name, command, text, foot.
 MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n)(.*?)(<!-- end of table -->)", re.DOTALL)
+# A figure's place in a sentence: head, name, text, foot.
+FIGURE = re.compile(r"(<!-- =([\w.-]+) -->)(.*?)(<!-- -->)", re.DOTALL)
+# The place of the list of all other tables of a set: head, set, text, foot.
+LIST = re.compile(r"(<!-- tables of (\w+) -->\n)(.*?)(<!-- end of tables -->)", re.DOTALL)
 
 
 def documents(root):
@@ -32,6 +40,14 @@ class Table:
             for name, *cells in [self.header, rule, *self.rows]
         )
 
+    def csv(self, source):
+        """Below the rows, each in a row of its own, are how to read it and what it is of."""
+        text = io.StringIO()
+        rest = [""] * (len(self.header) - 1)
+        notes = [[note, *rest] for note in (self.caption, source) if note]
+        csv.writer(text, lineterminator="\n").writerows([self.header, *self.rows, *notes])
+        return text.getvalue()
+
 
 class Rows(list):
     """Rows whose cells are of things of one kind, such as scenes."""
@@ -44,9 +60,12 @@ class Rows(list):
         self.append([what, *map(cell, self.columns)])
 
 
-def chosen(parts, form, names):
-    """By name, the parts that were measured, whose names are `form` with it."""
-    return {name: parts[form.format(name)] for name in names if form.format(name) in parts}
+def chosen(parts, kind, names=None):
+    """The parts whose names are `kind_NAME`, by NAME, in the order of the set; only these names if
+    any are given."""
+    start = kind + "_"
+    found = {name[len(start) :]: part for name, part in parts.items() if name.startswith(start)}
+    return {name: part for name, part in found.items() if names is None or name in names}
 
 
 def digits(value, count=3):
@@ -68,15 +87,11 @@ def time(seconds):
     return f"{digits(seconds / scale)} {unit}"
 
 
-def time_and_range(runs):
-    """Median, and the least and the greatest in the same unit."""
+def time_and_interval(runs):
+    """Median, and the ends of its 95 % interval in the same unit."""
     scale = _unit(runs.median())[1]
-    return f"{time(runs.median())} ({digits(runs.min() / scale)} to {digits(runs.max() / scale)})"
-
-
-def times_and_range(runs):
-    """The same of ratios."""
-    return f"{digits(runs.median())}x ({digits(runs.min())} to {digits(runs.max())})"
+    low, high = (digits(end / scale) for end in interval.of_ratio(runs, 1))
+    return f"{time(runs.median())} ({low} to {high})"
 
 
 def percent(part, whole):

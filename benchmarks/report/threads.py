@@ -3,7 +3,6 @@
 
 from tables import Table, chosen, digits, time
 
-SCENES = ("helix", "helix-2000", "cap")
 READ = (
     "Times are medians. A gain is the time of one thread divided by that of so many threads. The "
     "plain loop sums the squares of all coordinates, so its gain is the machine's own. Capsules "
@@ -37,7 +36,7 @@ JOBS_READ = (
 
 
 def tables(parts):
-    scenes = chosen(parts, "threads_{}", SCENES)
+    scenes = chosen(parts, "threads")
     all_tables = [table(*named) for named in scenes.items()]
     counted = {scene: part for scene, part in scenes.items() if part.has("Threads", "jobs/1")}
     return all_tables + ([jobs(counted)] if counted else [])

@@ -3,10 +3,9 @@
 
 import math
 import re
-import textwrap
-from dataclasses import dataclass
 
-from tables import Table, count, digits, percent, time, times_and_range
+from ratios import median_of
+from tables import Table, count, digits, percent, time
 
 SCENES = {  # by file, in the order of the document
     "static": "the paper's static assembly",
@@ -26,15 +25,6 @@ SCENES = {  # by file, in the order of the document
     "hair": "real hair",
 }
 NOISE, SAME = 1.1, 2.0  # times and bytes, and errors, that are no difference
-
-
-@dataclass
-class TableOfScene(Table):
-    as_usual: str = ""  # settings that show no difference
-
-    def markdown(self):
-        lines = textwrap.fill(f"As the first row: {self.as_usual}.", 120, break_on_hyphens=False)
-        return super().markdown() + (f"\n\n{lines}" if self.as_usual else "")
 
 
 def settings(part):
@@ -101,7 +91,9 @@ def scene_table(name, part):
         "on the front."
     )
     title = f"Trade of {SCENES[name]}"
-    return TableOfScene(f"trade {name}", title, header, rows, caption, "; ".join(as_usual))
+    if as_usual:
+        caption += f" As the first row: {'; '.join(as_usual)}."
+    return Table(f"trade {name}", title, header, rows, caption)
 
 
 def dial_of(part, setting):
@@ -187,7 +179,7 @@ def unused(part):
     for name in part.names("Unused"):
         runs = part.ratios("Unused", name, "with", "without")
         with_it, without = part.medians("Unused", name, "bytes_with", "bytes_without")
-        rows.append([name.replace("/", ": ", 1), times_and_range(runs), count(with_it - without)])
+        rows.append([name.replace("/", ": ", 1), median_of(runs).text(), count(with_it - without)])
     header = ["feature that is there and not used", "time of a frame, times", "bytes more"]
     caption = (
         "A frame with the feature over one without it, which take turns. The bytes are of the "

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Each marked table of the documents names the commit and the code that its figures are of.
+"""Each table of figures names the commit and the code that it is of: those that stand in documents
+between marks, and those of docs/measured.
 
     tables_of_other_code_test.py [--strict]
 
@@ -42,25 +43,42 @@ def words(text):
     return text.split(" and ")
 
 
+def last_line(path):
+    """Of a CSV file, where what it is of stands."""
+    return path.read_text(encoding="utf-8").splitlines()[-1]
+
+
 def sources_of(root):
-    """Of all marked tables, and of all else that names its code; and what is wrong."""
+    """Of all tables, and of all else that names its code; and what is wrong. A table that several
+    machines have measured has one source to find: the newest is what counts."""
     found, faults = [], []
+    measured = sorted((root / "docs" / "measured").glob("*.csv"))
+    sources = [
+        (path.relative_to(root).as_posix(), SOURCE.search(last_line(path))) for path in measured
+    ]
     for path in documents(root):
         text, name = path.read_text(encoding="utf-8"), path.relative_to(root).as_posix()
         marks = list(MARK.finditer(text))
         found += [Source(f"{name}, table {mark[2]}") for mark in marks if not mark[4].strip()]
         marks = [mark for mark in marks if mark[4].strip()]
-        sources = [(f"{name}, table {mark[2]}", SOURCE.search(mark[4])) for mark in marks]
+        sources += [(f"{name}, table {mark[2]}", newest(mark[4], root)) for mark in marks]
         rest = MARK.sub(lambda mark: "\n" * mark[0].count("\n"), text)
         for match in SOURCE.finditer(rest):
             sources.append((f"{name}, line {rest.count(chr(10), 0, match.start()) + 1}", match))
-        for place, match in sources:
-            if match:
-                codes = frozenset(words(match["codes"]))
-                found.append(Source(place, tuple(words(match["commits"])), codes))
-            else:
-                faults.append(f"{place}: it does not end with 'commit X, code Y'")
+    for place, match in sources:
+        if match:
+            codes = frozenset(words(match["codes"]))
+            found.append(Source(place, tuple(words(match["commits"])), codes))
+        else:
+            faults.append(f"{place}: it does not end with 'commit X, code Y'")
     return found, faults
+
+
+def newest(text, root):
+    """Of the sources below a table, one that is of this code, or the last."""
+    here = hash_of(files_of_tree(root))
+    found = sorted(SOURCE.finditer(text), key=lambda match: match["codes"] == here)
+    return found[-1] if found else None
 
 
 def differences(files, others):
@@ -210,6 +228,22 @@ class TreeTest(unittest.TestCase):
                 judged(self.root)[1],
                 ["README.md, table a: it does not end with 'commit X, code Y'"],
             )
+
+    def test_a_file_of_a_table_names_its_code(self):
+        """If this failed, a table in docs/measured could be old, or not tell what it is of."""
+        for source, faults in ((f"commit HEAD, code {self.hash()}.", 0), ("of nothing", 1)):
+            self.write("docs/measured/a.csv", f"a,b\n1,2\n{source},\n")
+            lines, found, others = judged(self.root)
+            self.assertEqual((len(found), others), (faults, []))
+            self.assertEqual("docs/measured/a.csv: of this code" in lines, not faults)
+
+    def test_a_second_machine_may_be_older(self):
+        """If this failed, two machines would have to measure at once."""
+        self.document(self.hash())
+        text = (self.root / "README.md").read_text()
+        old = "`a`; commit abcdef0, code 0123456789ab.\n"
+        self.write("README.md", text.replace("<!-- end", old + "<!-- end"))
+        self.assertEqual(judged(self.root), (["README.md, table ratios: of this code"], [], []))
 
     def test_a_place_without_a_table_is_no_fault_before_a_release(self):
         """If this failed, a new table could not be documented before hours of measuring, or a

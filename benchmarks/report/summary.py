@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The ten rows of docs/performance.md, of the set full."""
+
+import elsewhere
+import frames
+import motion
+import obstacles
+import ratios
+from machines import MainTable
+from tables import digits
+
+CAPTION = (
+    "How many times as fast ours is, the least of the scenes with its 95 % interval; below 1 the "
+    "other is faster. " + ratios.READ
+)
+
+
+def least(found):
+    """Of ratios; None stands for a library that was not measured."""
+    known = [ratio for ratio in found if ratio is not None]
+    return min(known, key=lambda ratio: ratio.value).text() if known else "-"
+
+
+def of_frames(parts):
+    scenes = frames.scenes_of(parts)
+    for row, what in (
+        (ratios.TIGHT, "all pairs of boxes: detection by FCL's fastest tree, tight boxes"),
+        (ratios.UPDATE, "update: FCL's fastest, either boxes"),
+        (ratios.SET_UP_WITH_BOXES, "set-up: FCL's fastest, either boxes"),
+        (ratios.TOUCHING_TEST, "what touches, a frame: FCL's tree, our test of two capsules"),
+        (ratios.COAL_TEST, "what touches, a frame: coal's tree, our test of two capsules"),
+        (ratios.EMBREE, "all pairs of boxes, a frame: Embree's fastest tree"),
+        (ratios.GRID, "all pairs of boxes, a frame: a uniform grid over midpoints"),
+    ):
+        if scenes:
+            yield what, least([scene.ratios[row] for scene in scenes.values()])
+
+
+def of_others(parts):
+    found = [row for row in obstacles.rows_of(parts) if row.faster]
+    hair = [row.ratio for row in found if ": by arrays" in row.what]
+    if hair:
+        yield "hair that touches its head: FCL's tree and fcl::collide", least(hair)
+    moved = [found.against_the_fastest() for found in motion.motions_of(parts).values()]
+    if moved:
+        yield "what touches in a step of motion: the fastest tree of swept boxes", least(moved)
+    if "clients" in parts:
+        rows = elsewhere.client_rows(parts["clients"])
+        small = min(rows, key=lambda row: row.ratio.value)
+        yield "small scenes, where ours does worst: FCL's fastest manager", small.ratio.text()
+
+
+def table(parts):
+    cells = dict([*of_frames(parts), *of_others(parts)])
+    return MainTable("summary", "In ten rows", cells, CAPTION)
+
+
+def sentences(parts):
+    """Figures that sentences have, by name."""
+    scenes = frames.scenes_of(parts)
+    found = [scene.ratios[ratios.TIGHT].value for scene in scenes.values()]
+    if found:
+        yield "detection", " to ".join(
+            dict.fromkeys(digits(v, 2) for v in (min(found), max(found)))
+        )

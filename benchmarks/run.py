@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measures this library and its peers.
+
+Missing packages are installed, and what is measured is built. A set goes on where it was ended:
+what was measured of this code is kept. All times are of 2 cores and do not include the build.
+Results, tables, picture and page go to build/benchmarks/results. To write the tables into the
+documents:
+
+  /usr/bin/python3 benchmarks/report/report.py SET build/benchmarks/results/SET --docs .
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import sets
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = ROOT / "build" / "benchmarks"
+SET_HELP = {
+    "full": "all tables of docs/performance.md. It takes 6 GB of memory, and up to 20 GB if the "
+    "machine has it",
+    "trade": "docs/trade.md: what options cost and miss on ten kinds of scene, and narrow phases. "
+    "It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx",
+    "paper": "the paper's Table I, figures, pictures and claims",
+    "python": "docs/python.md: a step of the Python package, beside other ways and C++",
+    "card": "FCL's managers as they are and ours on the paper's scenes, in double and in float",
+    "threads": "what 2, 4, ... and all cores of the machine gain",
+}
+PACKAGES = (
+    "cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev libtbb-dev "
+    "libpugixml-dev zlib1g-dev libcli11-dev libboost-dev libbenchmark-dev "
+    "python3-pandas python3-jinja2 python3-matplotlib"
+)
+TOOLS = "libfmt-dev nlohmann-json3-dev libjs-three"
+OF_PYTHON = f"python3-dev pybind11-dev python3-numpy python3-scipy python3-numba {TOOLS}"
+OPTIONAL = "libembree-dev libbullet-dev"
+PONYTAIL = "tressfx31_ponytail_tail.tfx"
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(
+        prog="benchmarks/run.sh",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="Without the name of a set it measures the README's table, in 3 minutes.",
+        allow_abbrev=False,
+    )
+    group = parser.add_mutually_exclusive_group()
+    for kind, text in SET_HELP.items():
+        group.add_argument(f"--{kind}", dest="set", action="store_const", const=kind, help=text)
+    parser.add_argument(
+        "--only",
+        metavar="NAME",
+        help="only the measures whose names begin with it, such as obstacles of --full or "
+        "trade_yarn of --trade",
+    )
+    parser.add_argument("--again", action="store_true", help="measure what is measured already")
+    parser.add_argument("--list", action="store_true", help="print the measures of the set")
+    parser.add_argument(
+        "--hair", metavar="FILE", type=Path, help="the fibers of a file instead of the scenes"
+    )
+    parser.add_argument("--radius", help="their radius in the file's unit, if the file has none")
+    options = parser.parse_args(arguments)
+    options.set = options.set or "headline"
+    if options.radius and not options.hair:
+        parser.error("--radius needs --hair FILE")
+    if options.hair and options.set not in ("headline", "full", "paper"):
+        parser.error(f"--hair does not go with --{options.set}")
+    if options.hair and options.only:
+        parser.error("--only does not go with --hair")
+    if options.hair and not options.hair.is_file():
+        parser.error(f"--hair: {options.hair} is no file")
+    options.measures = measures(options)
+    if not options.measures:
+        parser.error(f"--only {options.only}: this set has no measure of that name")
+    return options
+
+
+def ponytail():
+    folder = os.environ.get("FCL_FIBERS_DATA")
+    path = Path(folder, PONYTAIL).resolve() if folder else None
+    return path if path and path.exists() else None
+
+
+def measures(options):
+    if options.hair:
+        words = f"--hair={options.hair.resolve()}"
+        return sets.hair(
+            options.set, words + (f" --radius={options.radius}" * bool(options.radius))
+        )
+    found = sets.SETS[options.set]
+    if options.set == "trade":
+        found = tuple(sets.trade(ponytail() is not None))
+    return [one for one in found if one.name.startswith(options.only or "")]
+
+
+def run(*command, **kwargs):
+    subprocess.run(list(map(str, command)), check=True, stdout=sys.stderr, **kwargs)
+
+
+def install(words):
+    run(ROOT / ".ci" / "apt_install.sh", *words.split())
+
+
+def build(programs):
+    """Of the measures that are due."""
+    install(PACKAGES)
+    try:
+        install(OPTIONAL)
+    except subprocess.CalledProcessError:
+        print("Embree or Bullet cannot be installed; they are left out", file=sys.stderr)
+    goals = []
+    flags = ["-DFCL_FIBERS_BUILD_TESTS=OFF", "-DFCL_FIBERS_BUILD_BENCHMARKS=ON"]
+    flags += ["-DCMAKE_BUILD_TYPE=Release"]
+    with_python, with_tools = "steps" in programs, "trade" in programs or "paper" in programs
+    if with_python:
+        install(OF_PYTHON)
+        goals += ["fcl_fibers_python", "fcl_fibers_step_in_cpp"]
+        flags.append("-DPython3_EXECUTABLE=/usr/bin/python3")
+    if with_tools:
+        install(TOOLS)
+        goals += ["fcl_fibers_program"] + ["fcl_fibers_topologies"] * ("paper" in programs)
+    if programs & {"bench", "trade"}:
+        goals.append("fcl_fibers_bench")
+    if "headline" in programs:
+        goals.append("fcl_fibers_headline")
+    for name, wanted in (("PYTHON", with_python), ("TOOLS", with_tools)):
+        flags.append(f"-DFCL_FIBERS_BUILD_{name}={'ON' if wanted else 'OFF'}")
+    run("cmake", "-S", ROOT, "-B", BUILD, "-G", "Ninja", *flags)
+    run("cmake", "--build", BUILD, "--target", *goals)
+    if "native" in programs:
+        run(ROOT / "benchmarks" / "fcl_native.sh", BUILD / "native")
+
+
+def command_of(measure, data):
+    words = [word.format(data=data, ponytail=ponytail()) for word in measure.words]
+    programs = {
+        "bench": [BUILD / "benchmarks" / "fcl_fibers_bench"],
+        "headline": [BUILD / "benchmarks" / "fcl_fibers_headline"],
+        "native": [BUILD / "native" / "build" / "benchmarks" / "fcl_fibers_bench"],
+        "steps": [
+            *("/usr/bin/python3", "-B", ROOT / "benchmarks" / "python" / "steps.py"),
+            f"--program={BUILD}/benchmarks/fcl_fibers_step_in_cpp",
+        ],
+        "trade": [
+            *("/usr/bin/python3", "-B", ROOT / "benchmarks" / "python" / "trade.py"),
+            *(f"--program={BUILD}/tools/fcl_fibers", f"--context={data}/costs.json"),
+        ],
+    }
+    return [*map(str, programs[measure.program]), f"--measure={words[0]}", *words[1:]]
+
+
+def git(*words):
+    done = subprocess.run(["git", "-C", ROOT, *words], capture_output=True, text=True, check=False)
+    return done.stdout.strip() or "unknown"
+
+
+def is_measured(path, code):
+    return path.exists() and f'"code": "{code}"' in path.read_text(encoding="utf-8")
+
+
+def measure_all(due, data):
+    """A measure that fails or is ended leaves no results. Returns whether all went well."""
+    right, start = True, time.monotonic()
+    for one in due:
+        print(f"{time.monotonic() - start:4.0f} s  {one.name}", file=sys.stderr)
+        path, part = data / f"{one.name}.json", data / f"{one.name}.part"
+        path.unlink(missing_ok=True)
+        command = [*command_of(one, data), f"--benchmark_out={part}"]
+        done = subprocess.run(command, cwd=ROOT, env={**os.environ, **one.env}, check=False)
+        if done.returncode == 0:
+            part.rename(path)
+            continue
+        print(f"benchmarks/run.sh: the measure {one.name} has failed", file=sys.stderr)
+        if part.exists():
+            part.rename(path.with_suffix(".json.failed"))
+        right = False
+    return right
+
+
+def pictures_of_paper(data):
+    """What the page has beside curves."""
+    view = (
+        "paper-strand:fibers=500 paper-dynamic paper-half-scalp:straight=1,length=7,wisp_fibers=300"
+    )
+    run(
+        *(BUILD / "tools" / "fcl_fibers", "view", *view.split(), "--points", 300000),
+        *("--fragment", "-o", data / "view.html"),
+    )
+    run(
+        *("/usr/bin/python3", "-B", ROOT / "docs" / "pictures" / "topologies.py"),
+        *(BUILD / "docs" / "pictures" / "fcl_fibers_topologies", data / "topologies.png"),
+    )
+
+
+def main(arguments):
+    options = parse(arguments)
+    if options.list:
+        print("\n".join(one.name for one in options.measures))
+        return 0
+    data = BUILD / "results" / (f"{options.set}_hair" if options.hair else options.set)
+    data.mkdir(parents=True, exist_ok=True)
+    code = subprocess.run(
+        ["/usr/bin/python3", "-B", ROOT / "benchmarks" / "report" / "code_hash.py"],
+        **{"check": True, "capture_output": True, "text": True},
+    ).stdout.strip()
+    due = options.measures
+    if not (options.again or options.hair):
+        due = [one for one in due if not is_measured(data / f"{one.name}.json", code)]
+        if len(due) < len(options.measures):
+            done = len(options.measures) - len(due)
+            print(f"{done} measures of this code are kept; --again repeats them", file=sys.stderr)
+    os.environ["FCL_FIBERS_COMMIT"] = git("describe", "--always", "--dirty")
+    os.environ["FCL_FIBERS_CODE"] = code
+    os.environ["PYTHONPATH"] = str(BUILD / "python")
+    if due:
+        programs = {one.program for one in due}
+        if options.set == "paper" and not options.hair:
+            programs.add("paper")
+        build(programs)
+        if any("{data}/scenes" in " ".join(one.words) for one in due):
+            (data / "scenes").mkdir(exist_ok=True)
+            run("/usr/bin/python3", "-B", ROOT / "docs" / "pictures" / "scenes.py", data / "scenes")
+    right = measure_all(due, data)
+    if due and options.set == "paper" and not (options.only or options.hair):
+        pictures_of_paper(data)
+    page, picture = data / "page.html", data / "picture.png"
+    report = [
+        *("/usr/bin/python3", "-B", ROOT / "benchmarks" / "report" / "report.py"),
+        options.set,
+    ]
+    done = subprocess.run([*report, data, "--page", page, "--picture", picture], check=False)
+    print(f"\nPage: {page}" + (f"\nPicture: {picture}" if picture.exists() else ""))
+    return 0 if right and done.returncode == 0 else 1
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except subprocess.CalledProcessError as error:
+        sys.exit(f"benchmarks/run.sh: {' '.join(map(str, error.cmd))} has failed")
