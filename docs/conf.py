@@ -34,7 +34,7 @@ NAVIGATION = {
     ],
     "Reference": ("contract crossings numerics scoreboard platforms works-with glossary".split()),
     "Paper": ["paper", "paper_measured"],
-    "Performance": ["performance", "trade", "beyond_one_machine"],
+    "Performance": ["performance", "trade", "measured", "beyond_one_machine"],
     "Developers": ["architecture", "/CONTRIBUTING", "log", "/CHANGELOG"],
 }
 

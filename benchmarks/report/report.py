@@ -39,7 +39,7 @@ import threads
 import trade
 from machines import MainTable
 from results import circumstances, load, told
-from tables import FIGURE, LIST, MARK, Table, count, digits, documents, time
+from tables import FIGURE, MARK, Table, count, digits, documents, time
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from sets import SETS  # noqa: E402
@@ -303,22 +303,13 @@ def write_documents(report, root):
     alone = report.on_page_alone | marked.keys()
     others = {name: table for name, table in tables.items() if name not in alone}
 
-    def listed(mark):
-        head, kind, text, foot = mark.groups()
-        if kind != report.kind:
-            return mark[0]
-        links = dict(re.findall(r"^\* \[(.+)\]\((measured/.+\.csv)\)$", text, re.MULTILINE))
-        links |= {table.title: f"measured/{file_of(name)}" for name, table in others.items()}
-        lines = "\n".join(f"* [{what}]({link})" for what, link in links.items())
-        return f"{head}\n{lines}\n\n{foot}"
-
     command = "benchmarks/run.sh" + ("" if report.kind == "headline" else f" --{report.kind}")
     for name, table in others.items():
         text = table.csv(report.source(command))
         (root / MEASURED / file_of(name)).write_text(text, encoding="utf-8")
     for path in documents(root):
         text = MARK.sub(renewed, path.read_text(encoding="utf-8"))
-        path.write_text(LIST.sub(listed, FIGURE.sub(figure, text)), encoding="utf-8")
+        path.write_text(FIGURE.sub(figure, text), encoding="utf-8")
     for drawn in report.figures():
         if drawn.name:
             (root / "docs" / "images" / f"{drawn.name}.png").write_bytes(drawn.data)

@@ -14,8 +14,6 @@ UNITS = (("s", 1), ("ms", 1e-3), ("us", 1e-6))
 MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n)(.*?)(<!-- end of table -->)", re.DOTALL)
 # A figure's place in a sentence: head, name, text, foot.
 FIGURE = re.compile(r"(<!-- =([\w.-]+) -->)(.*?)(<!-- -->)", re.DOTALL)
-# The place of the list of all other tables of a set: head, set, text, foot.
-LIST = re.compile(r"(<!-- tables of (\w+) -->\n)(.*?)(<!-- end of tables -->)", re.DOTALL)
 
 
 def documents(root):

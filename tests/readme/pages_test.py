@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether what the Markdown files link to is there, file and heading, nothing in them is left to be
-done, and their programs are those that the tests run. Addresses of the web are not asked for.
+"""Whether what the Markdown files link to is there, file and heading, each table of docs/measured
+is linked, nothing in them is left to be done, and their programs are those that the tests run.
+Addresses of the web are not asked for.
 
 A block of code stands below a comment that names its source, of which it has to be a copy:
 
@@ -107,6 +108,7 @@ def code_errors(name, text):
 def main():
     errors = []
     links = 0
+    tables = set((ROOT / "docs" / "measured").glob("*.csv"))
     for path in sorted({path for pattern in PATTERNS for path in ROOT.glob(pattern)}):
         text = path.read_text(encoding="utf-8")
 
@@ -117,6 +119,7 @@ def main():
         for match in LINK.finditer(without_code(text)):
             links += 1
             link = match[1] or match[2]
+            tables.discard((path.parent / link).resolve())
             wrong = what_is_wrong(path, link)
             if wrong:
                 error(match.start(), f"'{link}' {wrong}")
@@ -124,6 +127,7 @@ def main():
             error(at, what)
         for match in LEFT_TO_DO.finditer(text):
             error(match.start(), match[0])
+    errors += [f"{path.relative_to(ROOT)}: no page links this table" for path in sorted(tables)]
     if not links:
         errors.append("no link was found, so that none was looked at")
     print("\n".join(errors) or f"{links} links lead somewhere")
