@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-//   fcl_fibers_scoreboard [ROW...]
+//   fcl_fibers_scoreboard FOLDER [ROW...]
 //
-// Prints docs/scoreboard.md: who misses what at the extremes. Each contender answers each row in a
-// process of its own, which may crash or take too long.
+// Who misses what at the extremes: prints docs/scoreboard.md, and writes its tables to the folder,
+// which is docs/measured. Each contender answers each row in a process of its own, which may crash
+// or take too long.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <fstream>
 #include <functional>
 #include <iostream>
 #include <limits>
@@ -130,8 +132,6 @@ Contender<S> fclManager(const std::string& name, Make<S> make, Narrow<S> narrow)
 
 // --- The contenders ---
 
-constexpr std::size_t kClosedForm = 2;  ///< of FCL's tree, among the following
-
 template <typename S>
 std::vector<Contender<S>> contenders() {
   const Make<S> tree = make<S, fcl::DynamicAABBTreeCollisionManager<S>>;
@@ -158,7 +158,8 @@ std::vector<Contender<S>> otherManagers() {
       {"Naive", make<S, fcl::NaiveCollisionManager<S>>}};
   std::vector<Contender<S>> managers;
   for (const auto& [name, make] : all) {
-    managers.push_back(fclManager<S>(name, make, benchmarks::capsulesTouch<S>));
+    managers.push_back(
+        fclManager<S>(std::string("FCL's ") + name, make, benchmarks::capsulesTouch<S>));
   }
   return managers;
 }
@@ -222,120 +223,115 @@ std::string cellOf(const Contender<S>& contender, const ExtremeRow<S>& row) {
   return std::to_string(score.missed) + ", " + std::to_string(score.wrong);
 }
 
-// --- The page ---
+// --- The page and its tables ---
 
-using Cells = std::vector<std::string>;  ///< of a line, the first of which is its name
-
-std::string line(const Cells& cells) {
-  std::string text = "|";
-  for (const std::string& cell : cells) text += ' ' + cell + " |";
-  return text + '\n';
-}
-
-std::string head(const Cells& names) {
-  std::string text = line(names) + "|---|";
-  for (std::size_t i = 1; i < names.size(); ++i) text += "--:|";
-  return text + '\n';
-}
-
-/// Lines of which a column for each of FCL's managers follows that of its tree: which managers ever
-/// differ from the tree, where they do, and which never do.
-void printManagers(const Cells& names, const std::vector<Cells>& lines) {
-  std::vector<std::size_t> kept = {0, 1};
-  std::string same;
-  for (std::size_t i = 2; i < names.size(); ++i) {
-    const bool differs =
-        std::any_of(lines.begin(), lines.end(), [&](const Cells& l) { return l[i] != l[1]; });
-    if (differs) kept.push_back(i);
-    if (!differs) same += (same.empty() ? "" : ", ") + names[i];
-  }
-  const auto shortened = [&](const Cells& cells) {
-    Cells some;
-    for (const std::size_t i : kept) some.push_back(cells[i]);
-    return some;
+/// What the page and the tables are of.
+std::string source() {
+  const auto told = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string(value == nullptr ? "unknown" : value);
   };
-  std::cout << "\nThe rows in which another manager of FCL, with the closed form, has other cells "
-               "than its tree has:\n\n"
-            << head(shortened(names));
-  for (const Cells& cells : lines) {
-    const Cells some = shortened(cells);
-    const bool differs = std::any_of(some.begin() + 2, some.end(),
-                                     [&](const std::string& cell) { return cell != some[1]; });
-    if (differs) std::cout << line(some);
-  }
-  if (!same.empty()) std::cout << "\nThe same as the tree in every row: " << same << ".\n";
+  const bool is_gcc = std::string(__VERSION__).find("lang") == std::string::npos;
+  return (is_gcc ? "g++ " : "") + std::string(__VERSION__) + "; commit " +
+         told("FCL_FIBERS_COMMIT") + ", code " + told("FCL_FIBERS_CODE") + '.';
 }
 
+void writeLine(std::ostream& out, const std::vector<std::string>& cells) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const bool is_quoted = cells[i].find(',') != std::string::npos;
+    out << (i > 0 ? "," : "") << (is_quoted ? '"' + cells[i] + '"' : cells[i]);
+  }
+  out << '\n';
+}
+
+/// In how many rows who is right.
+struct Sums {
+  std::size_t rows = 0, with_margin = 0;
+  std::vector<std::pair<std::string, std::size_t>> right;  ///< by the contender's name
+};
+
+/// Writes a row for each extreme and a column for each contender.
 /// @param wanted  names of rows; all if there are none
 template <typename S>
-void printTables(const std::vector<std::string>& wanted) {
-  const std::vector<Contender<S>> all = contenders<S>(), managers = otherManagers<S>();
-  Cells names = {"row"}, manager_names = {"row", "DynamicAABBTree"};
-  for (const auto& contender : all) names.push_back(contender.name);
-  for (const auto& manager : managers) manager_names.push_back(manager.name);
-  std::cout << head(names);
-  std::vector<std::size_t> right(all.size());
-  std::size_t rows = 0, margins = 0;
-  std::vector<Cells> manager_lines;
+Sums writeTable(const std::string& path, const std::vector<std::string>& wanted) {
+  std::vector<Contender<S>> all = contenders<S>();
+  for (Contender<S>& manager : otherManagers<S>()) all.push_back(std::move(manager));
+  Sums sums;
+  std::vector<std::string> names = {"row"};
+  for (const Contender<S>& contender : all) {
+    names.push_back(contender.name);
+    sums.right.emplace_back(contender.name, 0);
+  }
+  std::ofstream table(path);
+  writeLine(table, names);
   for (const ExtremeRow<S>& row : extremeRows<S>()) {
     const bool is_named = std::find(wanted.begin(), wanted.end(), row.name) != wanted.end();
     if (row.isTapered() || !row.environment.isPossible() || !(wanted.empty() || is_named)) continue;
-    ++rows;
-    margins += row.margin > 0 ? 1 : 0;
+    ++sums.rows;
+    sums.with_margin += row.margin > 0 ? 1 : 0;
     std::cerr << row.name << '\n';
-    Cells cells = {row.name};
+    std::vector<std::string> cells = {row.name};
     for (std::size_t i = 0; i < all.size(); ++i) {
       cells.push_back(cellOf(all[i], row));
-      right[i] += cells.back() == "0" ? 1 : 0;
+      sums.right[i].second += cells.back() == "0" ? 1 : 0;
     }
-    std::cout << line(cells);
-    Cells of_managers = {row.name, cells[1 + kClosedForm]};
-    for (const auto& manager : managers) of_managers.push_back(cellOf(manager, row));
-    manager_lines.push_back(std::move(of_managers));
+    writeLine(table, cells);
   }
-  Cells sums = {"*right in, of " + std::to_string(rows) + ", " + std::to_string(margins) +
-                " with a margin*"};
-  for (const std::size_t count : right) sums.push_back(std::to_string(count));
-  std::cout << line(sums);
-  printManagers(manager_names, manager_lines);
+  std::vector<std::string> last(names.size());
+  last[0] = source();
+  writeLine(table, last);
+  if (!table.flush()) throw std::runtime_error("scoreboard: " + path + " cannot be written");
+  return sums;
 }
 
-void printPage(const std::vector<std::string>& wanted) {
+std::string cellOf(const Sums& sums, const std::string& name) {
+  for (const auto& [who, right] : sums.right) {
+    if (who == name) return std::to_string(right);
+  }
+  return "-";
+}
+
+void printPage(const std::string& folder, const std::vector<std::string>& wanted) {
+  const Sums in_double = writeTable<double>(folder + "/scoreboard_double.csv", wanted);
+  const Sums in_float = writeTable<float>(folder + "/scoreboard_float.csv", wanted);
   std::cout
       << "# The scoreboard: who misses what at the extremes\n\n"
-         "`build/release/tests/fcl_fibers_scoreboard > docs/scoreboard.md` writes this page. Each "
-         "row of\n[numerics.md](numerics.md#rows) is asked of each contender, in a process of its "
-         "own. A cell has the touching pairs\nthat are missed, and the pairs that are reported "
-         "twice or although rounding does not explain them: their distance\nexceeds the radii by "
-         "more than 256 eps of the extent, where eps is that of the row's numbers. 0 means "
-         "neither.\n\n"
-         "*Hangs*: no answer in "
+         "Each row of [numerics.md](numerics.md#rows) without tapers is asked of each contender, "
+         "in "
+         "a process of its own. A\nrow is right if no touching pair is missed, and none is "
+         "reported "
+         "twice or although its distance exceeds the radii by\nmore than 256 eps of the extent. "
+         "[In double](measured/scoreboard_double.csv) and [in\n"
+         "float](measured/scoreboard_float.csv) the cells of all rows have both numbers. *Hangs*: "
+         "no "
+         "answer in "
       << kMostSeconds
-      << " seconds. *Crashes*: the process has ended. *Refuses*: an exception. FCL and its peers "
-         "know no\nmargin.\n\nThe contenders:\n\n"
-         "* **FiberTree** and **our manager** report what touches.\n"
+      << " seconds.\n*Crashes*: the process has ended. *Refuses*: an exception. FCL and its peers "
+         "know "
+         "no margin.\n\n| rows that are right | of "
+      << in_double.rows << " in double, " << in_double.with_margin << " with a margin | of "
+      << in_float.rows << " in float, " << in_float.with_margin
+      << " with a margin |\n|---|--:|--:|\n";
+  for (const auto& [name, right] : in_double.right) {
+    std::cout << "| " << name << " | " << right << " | " << cellOf(in_float, name) << " |\n";
+  }
+  std::cout
+      << "\n`fcl_fibers_scoreboard docs/measured > docs/scoreboard.md`, " << source()
+      << "\n\n* **FiberTree** and **our manager** report what touches.\n"
          "* **FCL** " FCL_VERSION
          ": `DynamicAABBTreeCollisionManager` on the boxes of its objects. In the callback is the "
-         "closed form\n  of two capsules as textbooks have it, or `fcl::distance`, or "
+         "closed form of\n  two capsules as textbooks have it, or `fcl::distance`, or "
          "`fcl::collide` with libccd, which is FCL's default, or\n  with FCL's own GJK, both with "
-         "their default tolerance. FCL's boxes and the closed form have the numbers of the "
-         "row.\n"
+         "their default tolerance.\n"
          "* **FCL's other managers** have the closed form. The cells of its "
          "`SpatialHashingCollisionManager` are a twentieth of\n  the longest side of the scene. "
          "Which object of a pair comes first may depend on addresses, and the closed form\n"
          "  rounds by it, so a cell may differ by one from run to run.\n";
   for (const std::string& line : peerTexts()) std::cout << "* " << line << '\n';
-  const char* const commit = std::getenv("FCL_FIBERS_COMMIT");
   std::cout
-      << "\nPeers are found where `CMAKE_PREFIX_PATH` leads to them; PyPI's coal is in the folder "
-         "`cmeel.prefix`. Compiled\nwith "
-      << (std::string(__VERSION__).find("lang") == std::string::npos ? "g++ " : "") << __VERSION__
-      << "; commit " << (commit == nullptr ? "unknown" : commit) << ".\n";
-  std::cout << "\nIn the row SubnormalFlushedToZero the program makes one point of the whole scene "
-               "before anyone is asked.\n\n## In double\n\n";
-  printTables<double>(wanted);
-  std::cout << "\n## In float\n\n";
-  printTables<float>(wanted);
+      << "\nPeers are found where `CMAKE_PREFIX_PATH` leads to them; PyPI's coal is in the "
+         "folder `cmeel.prefix`. In the row\nSubnormalFlushedToZero the program makes one point "
+         "of the whole scene before anyone is asked.\n";
 }
 
 }  // namespace
@@ -343,7 +339,8 @@ void printPage(const std::vector<std::string>& wanted) {
 
 int main(int argc, char** argv) {
   try {
-    fcl_fibers::test::printPage({argv + 1, argv + argc});
+    if (argc < 2) throw std::runtime_error("fcl_fibers_scoreboard FOLDER [ROW...]");
+    fcl_fibers::test::printPage(argv[1], {argv + 2, argv + argc});
     return 0;
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
