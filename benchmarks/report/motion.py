@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of fibers in motion: what a step costs."""
 
-from ratios import ratio_of
+from ratios import median_of, ratio_of
 from tables import Rows, Table, chosen, count, digits, time, title
 
 READ = (
@@ -23,8 +23,12 @@ class Motion:
         return self.median("ours", key)
 
     def times(self, key, of):
-        """Of the medians: both are timed in each run."""
-        return self.ours(key) / self.ours(of)
+        """Both are timed in each run."""
+        return median_of(self.part.ratios("Motion", "ours", key, of)).text()
+
+    def gain_of_2_threads(self):
+        names = ("ours", "ours_2_threads")
+        return ratio_of(*(self.part.runs("Motion", name, "query") for name in names)).text()
 
     def swept(self):
         """Names of the trees over boxes around both positions."""
@@ -65,12 +69,12 @@ def table(parts):
     for key, what in (("moving_pairs_query", "moving pairs"), ("query", "impacts")):
         add(f"query of {what}", lambda m: time(m.ours(key)))
         times = f"query of {what}, times the static one"
-        add(times, lambda m: digits(m.times(key, "static_query")))
+        add(times, lambda m: m.times(key, "static_query"))
     what = "query of impacts on 2 threads, times as fast"
-    add(what, lambda m: digits(m.ours("query") / m.median("ours_2_threads", "query")))
+    add(what, lambda m: m.gain_of_2_threads())
     add("static update", lambda m: time(m.ours("static_update")))
     add("update for a step", lambda m: time(m.ours("update")))
-    add("update, times the static one", lambda m: digits(m.times("update", "static_update")))
+    add("update, times the static one", lambda m: m.times("update", "static_update"))
     add("bytes per segment", lambda m: digits(m.ours("bytes") / m.ours("segments")))
     for name in dict.fromkeys(name for motion in found.values() for name in motion.swept()):
 

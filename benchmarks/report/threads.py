@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The tables of what threads gain."""
 
-from tables import Table, chosen, digits, time
+from ratios import ratio_of
+from tables import Table, chosen, time
 
 READ = (
     "Times are medians. A gain is the time of one thread divided by that of so many threads. The "
@@ -69,7 +70,7 @@ def table(scene, part):
     header += [f"gain of {count}" for count in counts if count > 1]
     rows = []
     for (of, key), what in stages.items():
-        times = {count: part.median("Threads", f"{of}/{count}", key) for count in counts}
-        gains = [digits(times[1] / times[count], 2) + "x" for count in counts if count > 1]
-        rows.append([what, *map(time, times.values()), *gains])
+        runs = {count: part.runs("Threads", f"{of}/{count}", key) for count in counts}
+        gains = [ratio_of(runs[1], runs[count]).text() for count in counts if count > 1]
+        rows.append([what, *(time(found.median()) for found in runs.values()), *gains])
     return Table(f"threads {scene}", f"Threads, {scene}", header, rows, READ)
