@@ -18,7 +18,6 @@
 //   fcl_fibers_bench --measure=arms|queries|clients|costs
 //   fcl_fibers_bench --measure=chain|chain-claims|radii|rods|pictures      the paper's
 //   fcl_fibers_bench --measure=cascade [SCENE] [--runs=N]               the paper's
-//   fcl_fibers_bench --measure=volumes [SCENE]                          the paper's
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=WHOM      the paper's
 //   fcl_fibers_bench --measure=replay --scene=SCENE --against=WHOM      the paper's
 //
@@ -144,11 +143,6 @@
 //   Root/<by>             one sphere around all segments of the last frame, by Welzl's algorithm
 //   Neighbors/..., Kept/..., Pruned/...   what is said of chains, in counts; see
 //                         measures/paper/chain_claims.cpp
-//   Volumes/<tree>/<kind> the paper's trees, binary, with other volumes in their nodes: one plain
-//                         query by one test at a time in double, without the exact test of leaves.
-//                         "fit" and "detection" are seconds, "bytes" are of one volume, and leaf
-//                         pairs are without neighbours in a fiber. Every kind
-//                         has to find all touching pairs that boxes find
 //   Rod/..., Make/...     the rods that the paper's scenes are made of
 //   Picture/...           counts of what --out_dir=FOLDER gets as files
 

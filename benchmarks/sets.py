@@ -245,14 +245,6 @@ def paper():
     yield from table_one()
     yield from styles()
     yield from cascade()
-    # What the paper left for later.
-    for name, scene in (
-        ("static", static),
-        ("dynamic", f"{dynamic}:frame=85"),
-        ("strand", f"{STRAND}:fibers=200,area=0.615,{LOOSE}"),
-        ("half-scalp", f"{SCALP}:straight=1,fibers=4000,length=7,wisp_fibers=300"),
-    ):
-        yield measure(f"volumes_{name}", f"volumes {scene}")
 
 
 SETS = {

@@ -8,8 +8,8 @@ import numpy as np
 
 from paper import numbered, steps
 from paper_cascade import WELZL
-from paper_table import DEFAULT, PUBLISHED, millions
-from tables import Table, chosen, count, digits, percent, time
+from paper_table import DEFAULT, PUBLISHED
+from tables import Table, chosen, count, digits, percent
 
 BOXES, SPHERES = PUBLISHED["boxes"], PUBLISHED["spheres"]
 WHO = {
@@ -249,22 +249,8 @@ def loose(parts):
         yield "3.1", what, f"{name} assembly", digits(tests[0] / tests[1])
 
 
-def opened(parts):
-    found = chosen(parts, "volumes", VOLUME_SCENES).values()
-    for tree, when in TREES.items():
-        ratios = [
-            part.median("Volumes", f"{tree}/boxes_by_volume", "volume_tests")
-            / part.median("Volumes", f"{tree}/boxes", "volume_tests")
-            for part in found
-            if part.has("Volumes", f"{tree}/boxes_by_volume")
-        ]
-        if ratios:
-            what = "tests, the box of larger volume opened / that of larger sum of edges"
-            yield "2", what, f"boxes, {when}", span(ratios, lambda value: digits(value, 3))
-
-
 def table(parts):
-    makers = (chains, radii, axes, dynamic, static, single_chains, beads, welzl, loose, opened)
+    makers = (chains, radii, axes, dynamic, static, single_chains, beads, welzl, loose)
     rows = sorted((row for make in makers for row in make(parts)), key=lambda row: row[:2])
     return Table(
         "paper-claims",
@@ -272,51 +258,4 @@ def table(parts):
         ["section", "of", ""],
         [[f"{section} {what}", of, value] for section, what, of, value in rows],
         "Times of the dynamic assembly are the least over the replays.",
-    )
-
-
-KINDS = {
-    "boxes": "boxes",
-    "polytopes_14": "14-DOPs",
-    "polytopes_18": "18-DOPs",
-    "polytopes_26": "26-DOPs",
-    "layered_spheres": "layered spheres",
-    "wrapped_spheres": "wrapped spheres",
-    "oriented_boxes": "oriented boxes",
-    "layered_oriented_boxes": "oriented boxes, layered (Lotan et al.)",
-}
-TREES = {"super_thread": "as published", "bundle": "by default"}
-VOLUME_SCENES = {
-    "static": "static assembly",
-    "dynamic": "dynamic assembly",
-    "strand": "loose strand of 200",
-    "half-scalp": "4,000 hairs of the half scalp in wisps",
-}
-
-
-def volumes(parts):
-    """Tests, leaf pairs and times: of boxes, and of other volumes relative to them."""
-    found = chosen(parts, "volumes", VOLUME_SCENES)
-    keys = ("volume_tests", "leaf_pairs", "detection", "fit")
-    rows = []
-    for tree, when in TREES.items():
-        for kind, title in KINDS.items():
-            cells = []
-            for part in found.values():
-                sizes = part.median("Volumes", f"{tree}/{kind}", "bytes")
-                of = part.medians("Volumes", f"{tree}/{kind}", *keys)
-                boxes = part.medians("Volumes", f"{tree}/boxes", *keys)
-                tests, pairs, *times = of
-                texts = [millions(tests), count(pairs), *map(time, times)]
-                if kind != "boxes":
-                    texts = [digits(a / b, 2) for a, b in zip(of, boxes)]
-                cells.append(" / ".join(texts))
-            rows.append([f"{when}: {title}", count(sizes), *cells])
-    return Table(
-        "paper-volumes",
-        "Other volumes",
-        ["", "bytes", *(VOLUME_SCENES[name] for name in found)],
-        rows,
-        "Volume tests / pairs of leaves / detection / update, those of other volumes relative to "
-        "boxes in the same tree.",
     )

@@ -184,12 +184,11 @@ def paper_again(folder):
     report.add("table_(?!hair).*", paper_table.ratios, parts)
     report.add("styles_.*", paper_table.styles, parts)
     report.add(
-        "(chain|axis|static|cascade|replay|volumes)_.*|radii|replay|chain-claims",
+        "(chain|axis|static|cascade|replay)_.*|radii|replay|chain-claims",
         paper_claims.table,
         parts,
     )
     report.add(f"cascade_({'|'.join(paper_cascade.SCENES)})", paper_cascade.table, parts)
-    report.add("volumes_.*", paper_claims.volumes, parts)
     for number, (phase, what) in enumerate(zip(paper_table.PHASES, paper_table.PHASE_TITLES), 7):
         title = f"Fig. {number}. Time of {what}"
         caption = paper.static_caption(parts)

@@ -76,7 +76,6 @@ RECORDED = {
         "--against=paper:LayeredAABBTree/super_thread,LayeredAABBTree/capsules",
         HALF_SCALP,
     ],
-    "paper/volumes_static": ["volumes", STATIC + "3"],
     "paper/replay": ["replay", "--against=paper_all", "--steps=5", DYNAMIC],
     "paper/chain-claims": ["chain-claims"],
     "paper/cascade_static": ["cascade", STATIC + "10,frames=0:2"],

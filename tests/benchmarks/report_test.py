@@ -1014,20 +1014,6 @@ class ReportTest(unittest.TestCase):
         row = self.row(text, "spheres  ")
         self.assertEqual(row[:2], ["3.00 s / 3.00 s / 3.00 s"] * 2)
 
-    def test_paper_compares_other_volumes_with_boxes(self):
-        """If this failed, a volume would be better or worse than it was measured."""
-        self.take("paper", "volumes_static")
-        values = {
-            f"Volumes/super_thread/{kind}/": {
-                **{"volume_tests": tests, "leaf_pairs": 10.0},
-                **{"detection": seconds, "fit": seconds},
-            }
-            for kind, tests, seconds in (("boxes", 200.0, 2.0), ("polytopes_18", 50.0, 3.0))
-        }
-        self.put("volumes_static", values)
-        row = self.row(self.made("paper"), "as published: 18-DOPs")
-        self.assertEqual(row, ["144", "0.25 / 1.0 / 1.5 / 1.5"])
-
     def test_hair_is_named_and_needs_no_picture(self):
         """If this failed, --hair FILE would end in an error, or not tell whose hair it was."""
         self.take("paper", "table_half-scalp")

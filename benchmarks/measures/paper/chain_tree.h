@@ -12,16 +12,6 @@
 
 namespace fcl_fibers::benchmarks {
 
-/// Capsules that follow each other in memory.
-struct CapsuleRange {
-  const Capsule* first;
-  const Capsule* last;
-
-  const Capsule* begin() const { return first; }
-  const Capsule* end() const { return last; }
-  std::size_t size() const { return static_cast<std::size_t>(last - first); }
-};
-
 /// A binary tree without volumes. Its leaves are numbered depth first, as in Topology::leaves.
 /// Children come after their parent, so one backward sweep goes from the leaves to the root.
 class BinaryTree {
@@ -93,14 +83,9 @@ void fitVolumes(const BinaryTree& tree, const std::vector<Capsule>& capsules,
                 std::vector<Volume>& volumes) {
   for (std::size_t i = tree.size(); i-- > 0;) {
     const BinaryTree::Node& node = tree[static_cast<std::int32_t>(i)];
-    const CapsuleRange below{capsules.data() + node.begin, capsules.data() + node.end};
-    if constexpr (Volume::kLayered) {
-      volumes[i] = node.isLeaf() ? Volume::around(*below.first)
-                                 : Volume::around(volumes[i + 1],
-                                                  volumes[static_cast<std::size_t>(node.right)]);
-    } else {
-      volumes[i] = node.isLeaf() ? Volume::around(*below.first) : Volume::around(below);
-    }
+    volumes[i] = node.isLeaf() ? Volume::around(capsules[static_cast<std::size_t>(node.begin)])
+                               : Volume::around(volumes[i + 1],
+                                                volumes[static_cast<std::size_t>(node.right)]);
   }
 }
 
