@@ -32,7 +32,7 @@ NAVIGATION = {
         f"api/{name}"
         for name in "tree meshes managers options contacts files benchmark python".split()
     ],
-    "Reference": ("contract crossings numerics scoreboard platforms works-with glossary".split()),
+    "Reference": ("contract crossings numerics scoreboard works-with glossary".split()),
     "Paper": ["paper", "paper_measured"],
     "Performance": ["performance", "trade", "measured", "beyond_one_machine"],
     "Developers": ["architecture", "/CONTRIBUTING", "log", "/CHANGELOG"],

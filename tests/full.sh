@@ -159,7 +159,7 @@ threads() {
   tests/thread_sanitized.sh parallel_test "${thread_suites[@]}"
 }
 
-# docs/numerics.md: its table, a million segments in trees of every kind, and the paper's scenes.
+# docs/numerics.md: its rows, a million segments in trees of every kind, and the paper's scenes.
 extremes() {
   build fcl_fibers_numerics_run scenes_test
   "$numerics" rows

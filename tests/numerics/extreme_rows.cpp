@@ -282,14 +282,14 @@ std::string percent(double share) {
   return text;
 }
 
-/// One row's columns: touching, then pairs and the share of them that do not touch, for capsules,
-/// boxes and spheres.
+/// Segments, what touches, and the percentage of reported pairs that do not, of capsules, boxes and
+/// spheres.
 template <typename S>
-std::vector<std::string> columns(const ExtremeRow<S>& row) {
+std::string line(const ExtremeRow<S>& row, const std::string& scalar) {
   const Specimen<S> specimen(row.fibers, Form::kArrays);
   const std::vector<NumberPair> touching = touchingPairs(specimen.truth(), row.margin);
-  std::vector<std::string> columns = {std::to_string(specimen.truth().size()),
-                                      std::to_string(touching.size())};
+  std::string line = row.name + ',' + scalar + ',' + std::to_string(specimen.truth().size()) + ',' +
+                     std::to_string(touching.size());
   for (const FiberTreeOptions& options : allKinds(row.margin)) {
     // What nodes hold leaves the pairs as they are.
     if (options.topology != Topology::kBundle) continue;
@@ -300,9 +300,9 @@ std::vector<std::string> columns(const ExtremeRow<S>& row) {
       pairs = specimen.pairs(options);
     }
     const Findings findings = examine(specimen.truth(), touching, options, pairs);
-    columns.push_back(percent(findings.falseRate()));
+    line += ',' + percent(findings.falseRate());
   }
-  return columns;
+  return line + ",\"" + row.what + "\"\n";
 }
 
 }  // namespace
@@ -321,17 +321,11 @@ std::size_t rowsOfObjects() {
 
 std::string rowsTable() {
   std::string table =
-      "| row | | segments | touching | capsules: false % | boxes: false % | spheres: false % |\n"
-      "|---|---|--:|--:|--:|--:|--:|\n";
+      "row,scalar,segments,touching,false_capsules,false_boxes,false_spheres,what\n";
   const auto& singles = extremeRows<float>();
   const auto& doubles = extremeRows<double>();
   for (std::size_t i = 0; i < doubles.size(); ++i) {
-    const auto single = columns(singles[i]), both = columns(doubles[i]);
-    table += "| " + doubles[i].name + " | " + doubles[i].what + " |";
-    for (std::size_t k = 0; k < both.size(); ++k) {
-      table += ' ' + single[k] + (single[k] == both[k] ? "" : " / " + both[k]) + " |";
-    }
-    table += '\n';
+    table += line(singles[i], "float") + line(doubles[i], "double");
   }
   return table;
 }

@@ -33,7 +33,7 @@ extern template const std::vector<ExtremeRow<double>>& extremeRows<double>();
 /// How many of them there are as objects: the first ones, as those that taper are the last.
 std::size_t rowsOfObjects();
 
-/// The table of docs/numerics.md.
+/// docs/numerics/rows.csv, as it is now.
 std::string rowsTable();
 
 }  // namespace fcl_fibers::test

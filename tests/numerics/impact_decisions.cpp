@@ -179,21 +179,20 @@ std::vector<std::string> impactKinds() {
 }
 
 std::string impactsTable() {
-  std::string table =
-      "| row | pairs that are | impacts % | at the start % |\n"
-      "|---|---|--:|--:|\n";
+  std::string table = "row,with,impacts,at_the_start,pairs_that_are\n";
   constexpr std::uint64_t kPairs = 1000;
   const auto percent = [](std::uint64_t count) {
     return std::to_string((100 * count + kPairs / 2) / kPairs);
   };
   const std::vector<ImpactKind>& kinds = allImpactKinds();
   for (std::size_t k = 0; k < kinds.size(); ++k) {
-    table += std::string("| ") + kinds[k].name + " | " + kinds[k].what;
-    const auto kind = static_cast<int>(k);
-    const ImpactTally capsules = decideImpacts(ImpactShape::kCapsules, kind, kPairs, 1);
-    const ImpactTally triangles = decideImpacts(ImpactShape::kTriangle, kind, kPairs, 1);
-    table += " | " + percent(capsules.impacts) + " / " + percent(triangles.impacts) + " | " +
-             percent(capsules.at_start) + " / " + percent(triangles.at_start) + " |\n";
+    for (const ImpactShape shape : {ImpactShape::kCapsules, ImpactShape::kTriangle}) {
+      const ImpactTally tally = decideImpacts(shape, static_cast<int>(k), kPairs, 1);
+      table += std::string(kinds[k].name) +
+               (shape == ImpactShape::kCapsules ? ",capsules," : ",triangles,") +
+               percent(tally.impacts) + ',' + percent(tally.at_start) + ",\"" + kinds[k].what +
+               "\"\n";
+    }
   }
   return table;
 }

@@ -23,7 +23,7 @@ struct ImpactTally {
   std::uint64_t wrong() const { return late + early + misplaced; }
 };
 
-/// Names of kinds of pairs, most of which meet. The table of docs/numerics.md tells what each is.
+/// Names of kinds of pairs, most of which meet. docs/numerics/impacts.csv tells what each is.
 std::vector<std::string> impactKinds();
 
 /// That table.

@@ -15,7 +15,7 @@ struct Meeting;
 /// A kind of pairs, most of which meet.
 struct ImpactKind {
   const char* name;
-  const char* what;  ///< for the table of docs/numerics.md
+  const char* what;  ///< for docs/numerics/impacts.csv
   void (*change)(Random&, Meeting&);
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The long runs behind docs/numerics.md, and its tables.
+// The long runs behind docs/numerics.md, and its tables in docs/numerics.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -163,9 +163,8 @@ int main(int argc, char** argv) {
   CLI::App app("Numbers at the extremes: tables and long runs.");
   app.require_subcommand(1);
 
-  CLI::App* rows = app.add_subcommand("rows", "The table of docs/numerics.md, as measured");
-  CLI::App* times = app.add_subcommand(
-      "times", "How many times as long as an ordinary scene each row takes, float / double");
+  CLI::App* rows = app.add_subcommand("rows", "docs/numerics/rows.csv, as it is now");
+  CLI::App* times = app.add_subcommand("times", "docs/numerics/times.csv, as measured now");
   std::string names;
   times->add_option("--rows", names, "those whose names begin so, such as Tapered");
 
@@ -207,7 +206,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
 
   CLI::App* impact_rows =
-      app.add_subcommand("impact_rows", "The table of impacts of docs/numerics.md, as measured");
+      app.add_subcommand("impact_rows", "docs/numerics/impacts.csv, as it is now");
 
   int threads = 1;
   CLI::App* hashes = app.add_subcommand(

@@ -43,7 +43,7 @@ TEST(PairOrder, IsTheRecordedOneForAnyNumberOfThreadsAndAnyAddresses) {
 }
 
 TEST(PairOrder, IsThatOfTheDocument) {
-  const std::string document = contentOf("docs/platforms.md");
+  const std::string document = contentOf("docs/numerics.md");
   std::istringstream recorded(contentOf("tests/data/pair_order/hashes.txt"));
   int found = 0;
   for (std::string line; std::getline(recorded, line);) {

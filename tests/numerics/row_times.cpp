@@ -74,28 +74,29 @@ Seconds timesOf(const ExtremeRow<S>& row, const Assembly<S>& fibers) {
   return median;
 }
 
+template <typename S>
+std::string line(const ExtremeRow<S>& row, const std::string& scalar) {
+  constexpr std::size_t kWanted = 20'000;
+  const Assembly<S> fibers = repeated(row, kWanted);
+  std::string line = row.name + ',' + scalar + ',' + std::to_string(fibers.capsules().size());
+  for (const double times : timesOf(row, fibers)) {
+    char text[64];
+    std::snprintf(text, sizeof text, ",%.1f", times);
+    line += text;
+  }
+  return line + '\n';
+}
+
 }  // namespace
 
 std::string rowTimesTable(const std::string& names) {
-  constexpr std::size_t kWanted = 20'000;
-  std::string table =
-      "| row | segments | build, times | update, times | query, times |\n|---|--:|--:|--:|--:|\n";
+  std::string table = "row,scalar,segments,build,update,query\n";
   const auto& singles = extremeRows<float>();
   const auto& doubles = extremeRows<double>();
   for (std::size_t i = 0; i < doubles.size(); ++i) {
     const bool is_wanted = doubles[i].name.compare(0, names.size(), names) == 0;
     if (!is_wanted || !doubles[i].environment.isPossible()) continue;
-    const auto of_float = repeated(singles[i], kWanted);
-    const auto of_double = repeated(doubles[i], kWanted);
-    const Seconds single = timesOf(singles[i], of_float), both = timesOf(doubles[i], of_double);
-    table += "| " + doubles[i].name + " | " + std::to_string(of_float.capsules().size()) + " / " +
-             std::to_string(of_double.capsules().size()) + " |";
-    for (std::size_t k = 0; k < 3; ++k) {
-      char text[64];
-      std::snprintf(text, sizeof text, " %.1f / %.1f |", single[k], both[k]);
-      table += text;
-    }
-    table += '\n';
+    table += line(singles[i], "float") + line(doubles[i], "double");
   }
   return table;
 }

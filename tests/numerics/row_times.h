@@ -5,7 +5,7 @@
 
 namespace fcl_fibers::test {
 
-/// The table of docs/numerics.md under "Time at the extremes", as measured now.
+/// docs/numerics/times.csv, as measured now.
 /// @param names  the rows whose names begin so
 std::string rowTimesTable(const std::string& names);
 
