@@ -27,7 +27,7 @@ NAVIGATION = {
             "neuron python"
         ).split()
     ],
-    "Guide": ["options", "files", "contacts", "program", "python", "threads", "gallery", "faq"],
+    "Guide": ["options", "files", "contacts", "program", "python", "gallery", "faq"],
     "API": [
         f"api/{name}"
         for name in "tree meshes managers options contacts files benchmark python".split()

@@ -293,7 +293,7 @@ TEST(Threads, AddUpForThemselves) {
   FiberTree tree(options);
   tree.build(fibers);
   // clang-format off
-#include "threads_0_code.inc"
+#include "options_7_code.inc"
   // clang-format on
   EXPECT_NEAR(*std::min_element(deepest.begin(), deepest.end()), 0.15 - 2 * 0.1, 1e-12);
 }
