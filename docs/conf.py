@@ -19,7 +19,7 @@ XML = ROOT / "build" / "docs" / "xml"
 
 # The map at the left, and all pages but README.md, which is the first.
 NAVIGATION = {
-    "Getting started": ["start/two_fibers", "start/hair_file", "installing"],
+    "Getting started": ["start", "installing", "limits"],
     "Tutorials": [
         f"tutorials/{name}"
         for name in (
@@ -32,9 +32,9 @@ NAVIGATION = {
         f"api/{name}"
         for name in "tree meshes managers options contacts files benchmark python".split()
     ],
-    "Reference": ("contract crossings numerics scoreboard works-with glossary".split()),
+    "Reference": ("contract crossings numerics scoreboard glossary".split()),
     "Paper": ["paper", "paper_measured"],
-    "Performance": ["performance", "trade", "measured", "beyond_one_machine"],
+    "Performance": ["performance", "trade", "measured"],
     "Developers": ["architecture", "/CONTRIBUTING", "log", "/CHANGELOG"],
 }
 

@@ -656,7 +656,7 @@ def masked(command, output):
 
 class Document(ProgramTest):
     PAGE = SOURCES / "docs" / "program.md"
-    PAGES = (PAGE, SOURCES / "docs" / "start" / "hair_file.md")
+    PAGES = (PAGE, SOURCES / "docs" / "start.md")
 
     def test_commands_print_what_the_page_shows(self):
         """A reader would see another answer than the page's."""
