@@ -40,18 +40,18 @@ struct BareContact {
   /// Arc parameter of the closest point on a's axis: 0 at the capsule's first end and 1 at its
   /// second. It is 0 if both ends are one point. The axis of an `fcl::Capsule` runs from -z to +z.
   double s = 0;
-  double t = 0;  ///< arc parameter of the closest point on b's axis, likewise
+  double t = 0;  ///< arc parameter of the closest point on b's axis
 
   /// Distance between the two surfaces. It is negative if the capsules overlap. Then a motion of
   /// one capsule by that depth along `normal`, away from the other, separates them.
   double distance = 0;
 
   /// Unit vector from a to b: point_a is moved along it, point_b against it. If the axes intersect,
-  /// up to 16 eps of the coordinates, the normal is perpendicular to both axes. If they are also
-  /// parallel or have no length, it is one such direction, which depends only on the axes.
+  /// up to 16 eps of the coordinates, the normal is perpendicular to both axes. If that leaves a
+  /// choice, because they are parallel or have no length, the choice depends only on the axes.
   std::array<double, 3> normal{};
 
-  /// The two points of a, then the two of b. If the contact is of two trees, the latter are points
+  /// The two points of a, then the two of b. If the contact is of two trees, those of b are points
   /// of the other tree. The contact must be of arrays.
   constexpr ContactNodes<4> nodes() const {
     return {{pair.a, pair.a + 1, pair.b, pair.b + 1}, {1 - s, s, 1 - t, t}};
@@ -118,11 +118,10 @@ struct ShapeContact {
 ///     const MeshContact c = meshContact(fibers, head, pair);
 ///     if (c.distance < 0) push(c.place.fiber, c.normal, -c.distance);  // against the normal
 ///
-/// If the axis crosses the triangle, up to 16 eps of the coordinates, or if it is inside a solid
-/// mesh, a depth along the way between the closest points would be of no use. Then the depth is how
-/// far the whole capsule has to move perpendicular to the triangle's plane until it is on one side
-/// of it, even if it is tilted; if `solid` is set, until it is out of the solid at this triangle.
-/// The depth in a solid is at least the radius.
+/// If the axis crosses the triangle, up to 16 eps of the coordinates, or is inside a solid mesh,
+/// the depth is how far you must push the whole capsule straight out of the triangle's plane, until
+/// all of it is on one side. If `solid` is set, that is the side that is outside the solid at this
+/// triangle, and the depth is at least the radius.
 ///
 /// Of a segment with radii at its points one ball has the contact: the ball that is nearest to the
 /// triangle, or the one whose center is where the axis crosses. `s` is the arc parameter of

@@ -19,10 +19,9 @@ namespace fcl_fibers {
 /// is that at `time`. An object's own margin, see Bounds, is part of its radius here.
 struct TimedContact : Contact {
   double time = 0;  ///< in [0, 1]; 0 if they touch at the start
-  /// Whether both are capsules or spheres that only move along lines, as all do in a manager of
-  /// objects without motions, or one is a mesh whose triangles count. If not, `time` is when the
-  /// boxes around them meet, which may be too early, and only `a`, `b`, `triangle` and `time` are
-  /// set.
+  /// Whether `time` is that of the shapes: of two capsules or spheres, or of one of them and a mesh
+  /// whose triangles count. If not, it is when the boxes around them meet, which may be too early,
+  /// and only `a`, `b`, `triangle` and `time` are set.
   bool is_exact = false;
   /// If one is a mesh: the triangle that is touched first, and of several at that time the first.
   /// Otherwise -1. The arc parameter of the mesh is 0.
@@ -63,9 +62,10 @@ struct LiveObjectPair {
 ///
 /// **Reading.** `setup` and `update` read the objects, and queries find them where they were read
 /// last. There are two exceptions. The first query after objects were registered or unregistered
-/// does the work of `setup`. A query with another fiber manager reads that manager's objects again
-/// if that manager has Report::kVolumes and its volumes, topology or report differ from this one's,
-/// or if its margin is larger than this one's and than its scene.
+/// does the work of `setup`. A query with another fiber manager reads that manager's objects afresh
+/// in two cases: it has Report::kVolumes, and its volumes, topology or report differ from this
+/// one's; or its margin is larger than this one's and larger than its scene.
+///
 /// Under Report::kCapsules the first query after an update that needs them compares the triangles
 /// of a mesh with those that it has, and reads the shape within a box. A mesh, plane or half-space
 /// that has moved since the update counts where it was. Another shape counts as a query has read it
@@ -73,22 +73,22 @@ struct LiveObjectPair {
 /// FiberManagerOptions::motion, and solid meshes, leave nothing to a query.
 ///
 /// **Motion.** If FiberManagerOptions::motion is set, `collide` reports the pairs that touch at any
-/// time of a *step*. beginStep() begins one, at the objects as they were read last. The step ends
-/// with the objects as they are read last before a query, so several updates lengthen it, and after
-/// an update of some objects the others rest. The next beginStep() begins the next step, and
-/// endStep() ends it without one. Without a step all rest. An object that is registered during a
-/// step starts where it is first read. A `collide` with another manager sees the steps of both.
+/// time of a *step*. A step runs from where the objects were read last before beginStep() to where
+/// they are read last before the query. So several updates lengthen it, and after an update of some
+/// objects the others rest. The next beginStep() begins the next step, and endStep() ends it
+/// without one. Without a step all rest. An object that is registered during a step starts where it
+/// is first read. A `collide` with another manager sees the steps of both.
 ///
 /// In between, end points and radii of capsules and spheres move linearly, also those of a capsule
-/// that turns. Any other object counts by its box, whose sides move linearly, and next to a capsule
-/// by its shape if it does not turn, up to 2^-36 of the sizes and distance of the two. The points
-/// of an `fcl::BVHModel` move linearly, also those of a mesh that turns. If it has other triangles
-/// at the end than at the start, it rests where it is at the end. A managed object counts as it was
-/// read, even if it is the one that is passed to `collide` and has moved since. An object that is
-/// not managed, and one of a manager without a step, rests. `distance` answers for the end of the
-/// step. An update that fails leaves the start as it is, and the next one that succeeds lengthens
-/// the same step. clear() ends the step. Unregistering an object takes it out of the step. A clone
-/// has no step.
+/// that turns. Any other object counts by its box, whose sides move linearly. If its shape does not
+/// turn, a capsule is tested against the shape itself, up to 2^-36 of the sizes and distance of the
+/// two. The points of an `fcl::BVHModel` move linearly, also those of a mesh that turns. If it has
+/// other triangles at the end than at the start, it rests where it is at the end. A managed object
+/// counts as it was read, even if it is the one that is passed to `collide` and has moved since. An
+/// object that is not managed, and one of a manager without a step, rests. `distance` answers for
+/// the end of the step. An update that fails leaves the start as it is, and the next one that
+/// succeeds lengthens the same step. clear() ends the step. Unregistering an object takes it out of
+/// the step. A clone has no step.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear. The

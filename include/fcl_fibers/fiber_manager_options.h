@@ -16,8 +16,9 @@ enum class Bounds {
   /// as a program does that asks for a contact distance. A box that contains the shape but is
   /// larger on some sides than on others counts as well: under Report::kCapsules another object has
   /// to meet both the box and the shape, whose margin is the most that the box adds on any side.
-  /// `computeAABB()` is not needed. FCL's larger boxes of turned objects add nothing: of a box from
-  /// an earlier pose only the size counts. docs/contract.md has the whole rule.
+  /// `computeAABB()` is not needed. FCL's larger boxes of turned objects add nothing. An outdated
+  /// box still tells how much the program has enlarged it; its place is ignored. docs/contract.md
+  /// has the whole rule.
   kShapesAndMargins,
   /// Its `getAABB()` alone, even for capsules, as in FCL's managers. This is for a program that
   /// makes boxes smaller. It has to call `computeAABB()` to keep them up to date.

@@ -77,9 +77,9 @@ enum class Report {
   /// They touch: the axes of two capsules are no further apart than the sum of their radii and the
   /// margin. A sphere is a capsule of length zero. A capsule and a mesh of triangles touch if one
   /// of the triangles is within that distance of the axis; a capsule wholly inside a mesh does not
-  /// touch it unless the mesh is solid. A capsule and a box, plane, half-space, triangle or convex
-  /// polytope touch likewise; any other shape counts by a box that turns with it. Two objects that
-  /// are neither capsules nor spheres count by their boxes.
+  /// touch it unless the mesh is solid. A capsule also touches a box, plane, half-space, triangle
+  /// or convex polytope that is within that distance of the axis. Any other shape counts by a box
+  /// that turns with it. Two objects that are neither capsules nor spheres count by their boxes.
   kCapsules,
 };
 

@@ -184,9 +184,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   template <typename S>
   void update(const FiberArrays<S>& fibers);
 
-  /// Does the same for a step: from `start`, at time 0, to `end`, at time 1, each point and radius
-  /// changes linearly. Impacts, MovingPairs and safeStep() ask about the step; all other questions
-  /// are answered for its end. An update with one argument, or a build, ends the step. Throws
+  /// Reads the points and radii of a step: each changes linearly from `start`, at time 0, to `end`,
+  /// at time 1. Impacts, MovingPairs and safeStep() ask about the step; all other questions are
+  /// answered for its end. An update with one argument, or a build, ends the step. Throws
   /// std::invalid_argument as the update above does, and if the tree has wrapped spheres.
   template <typename S>
   void update(const FiberArrays<S>& start, const FiberArrays<S>& end);
@@ -237,7 +237,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
       return hand(contacts.data(), contacts.size(), 0);
     }
   }
-  /// Does the same for this tree as the partner.
+  /// Asks about this tree itself.
   template <class Question, class Visitor>
   bool visit(const Question& question, Visitor&& visit) const {
     return this->visit(question, *this, std::forward<Visitor>(visit));
@@ -268,7 +268,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
       findContacts<Asked<Partner>>(question, partner, found);
     }
   }
-  /// Does the same for this tree as the partner.
+  /// Asks about this tree itself.
   template <class Question, class Found>
   void find(const Question& question, std::vector<Found>& found) const {
     find(question, *this, found);
@@ -315,7 +315,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
       return visitContacts<Asked<Partner>>(question, partner, std::ref(hand));
     }
   }
-  /// Does the same for this tree as the partner.
+  /// Asks about this tree itself.
   template <class Question, class Visitor>
   bool visitInParallel(const Question& question, Visitor&& visit) const {
     return visitInParallel(question, *this, std::forward<Visitor>(visit));
@@ -331,16 +331,16 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// 0 of Impacts, or pass radii to update() with which nothing touches at the start. The least of
   /// the results for several partners, such as trees, meshes and shapes, is safe for all.
   ///
-  /// The time is as little too early as that of an impact, and never too late. What touches at the
-  /// start, or misses that by less than rounding, counts once it is nearer than it was there by
-  /// 2^-35 of the sizes and distance of the capsules. The last digits of the time may depend on the
-  /// number of threads.
+  /// The time is never too late, and as little too early as that of an impact. A pair that touches
+  /// at the start, or misses that by less than rounding, does not stop the step until it is nearer
+  /// than at the start by 2^-35 of the sizes and distance of the capsules. The last digits of the
+  /// time may depend on the number of threads.
   ///
-  /// A segment that is wholly inside a solid mesh at the start, or whose axis crosses a triangle
-  /// there, cannot come nearer to it: the former does not count, the latter does for other
-  /// triangles and if its radius grows, or a thicker part of it comes to the triangle. An axis that
-  /// is in a box, crosses a plane, or crosses that of a capsule cannot come nearer to it either. In
-  /// a half-space it comes nearer as it sinks.
+  /// A segment that is wholly inside a solid mesh at the start does not count. A segment whose axis
+  /// crosses a triangle at the start cannot come nearer to this triangle. It counts for other
+  /// triangles, and for this one if its radius grows or a thicker part of it comes there. An axis
+  /// that is in a box, crosses a plane, or crosses the axis of a capsule cannot come nearer to it
+  /// either. In a half-space it comes nearer as it sinks.
   ///
   /// A program that moves only so far meets the same pair again at once. The pairs that touch next
   /// are the impacts whose time is little more than this one. Throws as Impacts do, and
