@@ -53,6 +53,10 @@ struct FiberPolylines {
   /// this is empty, no fiber ends at another one.
   std::vector<std::int32_t> ends_at;
 
+  /// One number per fiber: its group, or 0 for none; see FiberArrays::groups. If this is empty, no
+  /// fiber has a group.
+  std::vector<std::int32_t> groups;
+
   /// One number per point: the sample of an .swc file that it is, or -1 if it is none. A segment is
   /// the piece between the sample of its second point and the parent of that. Queries do not read
   /// them. Empty if the file has none.
@@ -111,6 +115,7 @@ inline FiberArrays<double> fiberArrays(const FiberPolylines& scene) {
   arrays.closed = scene.closed.empty() ? nullptr : scene.closed.data();
   arrays.starts_at = scene.starts_at.empty() ? nullptr : scene.starts_at.data();
   arrays.ends_at = scene.ends_at.empty() ? nullptr : scene.ends_at.data();
+  arrays.groups = scene.groups.empty() ? nullptr : scene.groups.data();
   return arrays;
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -93,6 +94,13 @@ ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions&
                    "leave it out, because only .vtp files and text have several numbers that may "
                    "be radii");
   }
+  const bool has_types = format == FiberFormat::kSwc && options.groups_from == "type";
+  if (!options.groups_from.empty() && format != FiberFormat::kVtp &&
+      format != FiberFormat::kPolylines && !has_types) {
+    refuseArgument(kCall, "groups_from", "'" + ByteReader::shortened(options.groups_from) + "'",
+                   "give the name of an array of a .vtp file, the number of a column of text, or "
+                   "`type` for an .swc file; other files tell no groups");
+  }
   for (const KnownFormat& known : kFormats) {
     if (known.format == format) return known.parse(file, options);
   }
@@ -116,6 +124,22 @@ void markClosedFibers(FiberPolylines& scene) {
     scene.closed.resize(scene.fiberCount());
     scene.closed[f] = 1;
   }
+}
+
+/// Numbers the groups by the numbers of the file, and returns these.
+std::vector<double> setGroups(const GroupNumbers& read, FiberPolylines& scene) {
+  std::vector<double> values = read.numbers;
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  if (values.empty()) return values;
+  scene.groups.resize(scene.fiberCount());
+  auto number = read.numbers.begin();
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    if (scene.point_begin[f] == scene.point_begin[f + 1]) continue;
+    const auto value = std::lower_bound(values.begin(), values.end(), *number++);
+    scene.groups[f] = static_cast<std::int32_t>(value - values.begin()) + 1;
+  }
+  return values;
 }
 
 /// In every format no radius above 0 stands for an unknown one.
@@ -207,9 +231,19 @@ FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberForm
   if (parsed.holds_radii && !has_radius) {
     parsed.warnings.push_back("All radii are 0, which stands for none.");
   }
+  std::vector<double> group_values = setGroups(parsed.groups, scene);
+  if (parsed.groups.mixed > 0) {
+    parsed.warn("Points of ", parsed.groups.mixed, parsed.groups.mixed == 1 ? " fiber" : " fibers",
+                " have several numbers in '", options.groups_from,
+                "'; the group of a fiber is that of its last point.");
+  }
   if (parsed.is_float) warnOfCoarseCoordinates(scene, parsed.warnings);
-  return {format, std::move(scene), has_radius, std::move(parsed.warnings),
-          std::move(parsed.passed_over)};
+  return {format,
+          std::move(scene),
+          has_radius,
+          std::move(parsed.warnings),
+          std::move(parsed.passed_over),
+          std::move(group_values)};
 }
 
 FiberFile parseFibers(std::string_view bytes, const std::string& name,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -14,11 +15,31 @@
 
 namespace fcl_fibers::io {
 
+/// By fiber that has points, the number that its last point has, by which it is in a group.
+struct GroupNumbers {
+  std::vector<double> numbers;
+  std::size_t mixed = 0;  ///< fibers with several numbers; the first point may be that of another
+  bool is_mixed = false;  ///< the last fiber
+
+  /// @param place  of the point on its fiber, from 0 on
+  void add(double number, std::size_t place) {
+    if (place == 0) {
+      numbers.push_back(number);
+      is_mixed = false;
+    } else if (place > 1 && number != numbers.back() && !is_mixed) {
+      is_mixed = true;
+      ++mixed;
+    }
+    numbers.back() = number;
+  }
+};
+
 /// The content of a file, before options are applied.
 struct ParsedFibers {
   FiberPolylines fibers;     ///< `closed` is empty if the format does not tell
   bool holds_radii = false;  ///< by point
   bool is_float = false;
+  GroupNumbers groups{};
   std::vector<std::string> passed_over;  ///< see FiberFile
   std::vector<std::string> warnings;
 

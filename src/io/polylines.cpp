@@ -59,14 +59,13 @@ void reserve(const ByteReader& file, ParsedFibers& parsed) {
 
 constexpr std::size_t kCoordinates = 3;
 
-/// Returns the column of the radius, counted from 1, or 0 if there is none.
-std::size_t radiusColumn(const FiberFileOptions& options) {
-  if (options.radius_from.empty()) return 0;
-  const std::optional<std::size_t> column = parsedNumber<std::size_t>(options.radius_from);
+/// Returns the column that an option names, counted from 1, or 0 if it names none.
+std::size_t columnOf(const char* option, const std::string& name) {
+  if (name.empty()) return 0;
+  const std::optional<std::size_t> column = parsedNumber<std::size_t>(name);
   if (!column || *column <= kCoordinates) {
-    const std::string shown = "'" + ByteReader::shortened(options.radius_from) + "'";
-    refuseArgument("readFibers", "radius_from", shown,
-                   "for text give the number of a column, from 4 on");
+    const std::string shown = "'" + ByteReader::shortened(name) + "'";
+    refuseArgument("readFibers", option, shown, "for text give the number of a column, from 4 on");
   }
   return *column;
 }
@@ -92,13 +91,16 @@ double readNumber(const ByteReader& file, std::string_view text, std::size_t col
 }  // namespace
 
 ParsedFibers parsePolylines(ByteReader& file, const FiberFileOptions& options) {
-  const std::size_t radius_column = radiusColumn(options);
+  const std::size_t radius_column = columnOf("radius_from", options.radius_from);
+  const std::size_t group_column = columnOf("groups_from", options.groups_from);
+  const std::size_t last_column = std::max({kCoordinates, radius_column, group_column});
   startText(file);
   ParsedFibers parsed;
   reserve(file, parsed);
   std::vector<Point>& points = parsed.fibers.points;
   std::vector<double> radii;
   if (radius_column > 0) radii.reserve(points.capacity());
+  if (group_column > 0) parsed.groups.numbers.reserve(parsed.fibers.point_begin.capacity());
   std::uint64_t further_lines = 0;  // which have columns after those that are read
   std::uint64_t first_further = 0;
   while (!file.atEnd()) {
@@ -112,16 +114,23 @@ ParsedFibers parsePolylines(ByteReader& file, const FiberFileOptions& options) {
     line = trimmed(line);
     const std::string_view separators = separatorsOf(line);
     Point& point = points.emplace_back();
-    for (std::size_t column = 1; column <= std::max(kCoordinates, radius_column); ++column) {
+    for (std::size_t column = 1; column <= last_column; ++column) {
       if (line.empty() && column <= kCoordinates) {
         file.refuse(at, "there are ", column - 1, " columns; 3 are needed: x y z");
       }
       if (line.empty()) {
-        file.refuse(at, "there are ", column - 1, " columns; radius_from is ", radius_column);
+        const bool is_radius = column <= radius_column;
+        file.refuse(at, "there are ", column - 1, " columns; ",
+                    is_radius ? "radius_from is " : "groups_from is ",
+                    is_radius ? radius_column : group_column);
       }
       const std::string_view text = takeColumn(line, separators);
       if (column <= kCoordinates) point[column - 1] = readNumber(file, text, column);
       if (column == radius_column) radii.push_back(readNumber(file, text, column));
+      if (column == group_column) {
+        parsed.groups.add(readNumber(file, text, column),
+                          points.size() - 1 - parsed.fibers.point_begin.back());
+      }
     }
     if (radius_column > 0 && radii.back() < 0) file.refuse(at, "the radius is ", radii.back());
     // What follows may be a comment.
@@ -133,10 +142,14 @@ ParsedFibers parsePolylines(ByteReader& file, const FiberFileOptions& options) {
   if (radius_column > 0) parsed.setRadii(std::move(radii));
   // Radii may be among them, or the coordinates, if what was read as x is a number of the point.
   if (further_lines > 0) {
-    parsed.warn("Columns after the ", radius_column > 0 ? "radius" : "third",
+    const bool has_more = last_column > kCoordinates;
+    parsed.warn("Columns after the ",
+                !has_more                      ? "third"
+                : last_column == radius_column ? "radius"
+                                               : "group",
                 " are passed over, in ", further_lines, further_lines == 1 ? " line" : " lines",
                 " from line ", file.lineAt(first_further), " on; x, y and z are the first three",
-                radius_column > 0 ? "." : ", and radius_from 4 takes the radius from the fourth.");
+                has_more ? "." : ", and radius_from 4 takes the radius from the fourth.");
   }
   parsed.expectLineEnd(file);
   return parsed;

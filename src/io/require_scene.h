@@ -16,6 +16,7 @@ inline void requireScene(const char* call, const FiberPolylines& scene) {
   requireRadii<double>(call, scene);
   requireCoordinates(call, scene, std::numeric_limits<double>::max(), "give finite numbers");
   requireCount(call, "closed", scene.closed, scene.fiberCount(), "fiber");
+  requireCount(call, "groups", scene.groups, scene.fiberCount(), "fiber");
   requireCount(call, "samples", scene.samples, scene.points.size(), "point");
   requireCount(call, "types", scene.types, scene.points.size(), "point");
   requireBranches(call, scene);

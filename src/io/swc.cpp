@@ -150,7 +150,8 @@ std::vector<Node> readNodes(ByteReader& file) {
 }  // namespace
 
 /// Goes up from each end to where its fiber begins, so every segment is visited once.
-ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
+ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions& options) {
+  const bool has_groups = !options.groups_from.empty();
   startText(file);
   const std::vector<Node> nodes = readNodes(file);
   std::size_t fiber_count = 0, point_count = 0;
@@ -171,6 +172,7 @@ ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
   samples.reserve(point_count);
   types.reserve(point_count);
   starts_at.reserve(fiber_count);
+  if (has_groups) parsed.groups.numbers.reserve(fiber_count);
   // By node at which fibers start: the last point of the fiber that ends there, or of a root the
   // first point of its first fiber.
   std::vector<std::int32_t> place(nodes.size(), -1);
@@ -189,6 +191,9 @@ ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
       radii.push_back((*at)->radius);
       samples.push_back((*at)->id);
       types.push_back((*at)->type);
+      if (!has_groups) continue;
+      parsed.groups.add(static_cast<double>((*at)->type),
+                        static_cast<std::size_t>(at - way.rbegin()));
     }
     parsed.endFiber();
     const auto placeOf = [&](const Node& at) -> std::int32_t& {

@@ -33,9 +33,10 @@ bool isOwn(const pugi::xml_node& array) {
 }
 
 /// Adds the names of arrays of points and cells, of a few of them.
-/// @param radii_only  of those that could be radii
-void addNames(const pugi::xml_node& piece, const pugi::xml_node& without, bool radii_only,
-              std::vector<std::string>& names) {
+/// @param without  arrays that are read
+/// @param numbers_only  of those that have one number each, such as radii
+void addNames(const pugi::xml_node& piece, const std::vector<pugi::xml_node>& without,
+              bool numbers_only, std::vector<std::string>& names) {
   constexpr std::size_t kMost = 8;
   for (const char* const data : {"PointData", "CellData"}) {
     for (const pugi::xml_node array : piece.child(data).children("DataArray")) {
@@ -43,7 +44,8 @@ void addNames(const pugi::xml_node& piece, const pugi::xml_node& without, bool r
       const bool is_one = components.empty() || components == "1";
       const bool is_number = array.attribute("type").value() != std::string_view("String");
       if (names.size() > kMost) return;
-      if (array == without || isOwn(array) || (radii_only && !(is_one && is_number))) continue;
+      const bool is_read = std::find(without.begin(), without.end(), array) != without.end();
+      if (is_read || isOwn(array) || (numbers_only && !(is_one && is_number))) continue;
       std::string name = joinedText(isOfCells(array) ? "cell" : "point", " data '",
                                     ByteReader::shortened(array.attribute("Name").value()), "'");
       if (std::find(names.begin(), names.end(), name) != names.end()) continue;
@@ -127,10 +129,16 @@ class VtpParser {
     const std::uint64_t line_count = file_.count(piece, "NumberOfLines");
     if (line_count == 0) return;
     const std::vector<Point> points = readPointArray(piece);
-    const pugi::xml_node radius = findRadii(piece);
-    addNames(piece, radius, false, parsed_.passed_over);
-    if (!radius) addNames(piece, radius, true, other_radii_);
+    const pugi::xml_node radius = options_.radius_from.empty()
+                                      ? named(piece, "PointData", "radius")
+                                      : find(piece, "radius_from", options_.radius_from);
+    const pugi::xml_node group = options_.groups_from.empty()
+                                     ? pugi::xml_node()
+                                     : find(piece, "groups_from", options_.groups_from);
+    addNames(piece, {radius, group}, false, parsed_.passed_over);
+    if (!radius) addNames(piece, {group}, true, other_radii_);
     const auto radii = readData<double>(piece, radius, points.size(), line_count);
+    const auto groups = readData<double>(piece, group, points.size(), line_count);
     // Pieces before may have none.
     const auto add = [&](const char* data, const char* name, std::size_t before,
                          std::vector<std::int64_t>& all) {
@@ -155,6 +163,7 @@ class VtpParser {
     FiberPolylines& scene = parsed_.fibers;
     ids_.reserve(scene.points.capacity());
     if (radius) radii_.reserve(scene.points.capacity());
+    if (group) parsed_.groups.numbers.reserve(scene.fiberCount());
     const std::vector<std::size_t>& ends = ends_[pieces_read_++];
     const std::size_t expected = ends.back();
     const pugi::xml_node lines = file_.child(piece, "Lines");
@@ -176,6 +185,11 @@ class VtpParser {
       }
       scene.points.push_back(points[i]);
       ids_.push_back(id_count_ + i);
+      if (group) {
+        const double number = groups[isOfCells(group) ? line : i];
+        if (!std::isfinite(number)) file_.refuse(group, "the number of a group is ", number);
+        parsed_.groups.add(number, read - 1 - (line > 0 ? ends[line - 1] : 0));
+      }
       if (!radius) return;
       const double r = radii[isOfCells(radius) ? line : i];
       if (!(r >= 0) || !std::isfinite(r)) file_.refuse(radius, "a radius is ", r);
@@ -289,16 +303,16 @@ class VtpParser {
     return piece.child(data).find_child_by_attribute("DataArray", "Name", name);
   }
 
-  /// The array with the radii of a piece, if it has them.
-  pugi::xml_node findRadii(const pugi::xml_node& piece) const {
-    if (options_.radius_from.empty()) return named(piece, "PointData", "radius");
-    const char* const name = options_.radius_from.c_str();
-    if (const pugi::xml_node array = named(piece, "PointData", name)) return array;
-    if (const pugi::xml_node array = named(piece, "CellData", name)) return array;
+  /// The array of a piece that an option names.
+  pugi::xml_node find(const pugi::xml_node& piece, const char* option,
+                      const std::string& name) const {
+    for (const char* const data : {"PointData", "CellData"}) {
+      if (const pugi::xml_node array = named(piece, data, name.c_str())) return array;
+    }
     std::vector<std::string> names;
     addNames(piece, {}, true, names);
-    file_.refuse(piece, "there is no array '", ByteReader::shortened(name),
-                 "', which radius_from names; ",
+    file_.refuse(piece, "there is no array '", ByteReader::shortened(name), "', which ", option,
+                 " names; ",
                  names.empty() ? "points and cells have no data" : "there are: ", listed(names));
   }
 

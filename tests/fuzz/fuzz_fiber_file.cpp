@@ -58,9 +58,11 @@ std::string otherRadii() {
   return kFormat == FiberFormat::kVtp ? "R" : kFormat == FiberFormat::kPolylines ? "4" : "";
 }
 
-void read(std::string_view bytes, const std::string& radius_from) {
+void read(std::string_view bytes, const std::string& numbers_from) {
   fcl_fibers::io::FiberFileOptions options;
-  options.radius_from = radius_from;
+  constexpr FiberFormat kFormat = FiberFormat::FCL_FIBERS_FUZZED_FORMAT;
+  options.radius_from = numbers_from;
+  options.groups_from = kFormat == FiberFormat::kSwc ? "type" : numbers_from;
   try {
     const FiberFile file = fcl_fibers::io::parseFibers(
         bytes, "the input", FiberFormat::FCL_FIBERS_FUZZED_FORMAT, options);

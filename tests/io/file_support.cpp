@@ -50,7 +50,7 @@ std::size_t mostMemory(const std::string& bytes, FiberFormat format, bool has_ra
     case FiberFormat::kBcc:
       return 2 * kSegmentsPerSpan + 2;
     case FiberFormat::kPolylines:
-      return has_radii ? 6 : 5;
+      return has_radii ? 7 : 5;
     case FiberFormat::kVtp:
       return has("vtkZLibDataCompressor") ? 16 * 64 : 29;
   }
@@ -83,6 +83,7 @@ void expectWellFormed(const FiberPolylines& scene) {
   for (const auto* numbers : {&scene.samples, &scene.types}) {
     ASSERT_TRUE(numbers->empty() || numbers->size() == scene.points.size());
   }
+  ASSERT_TRUE(scene.groups.empty() || scene.groups.size() == scene.fiberCount());
   const auto expectPlaces = [&](const std::vector<std::int32_t>& places, bool are_starts) {
     if (places.empty()) return;
     ASSERT_EQ(places.size(), scene.fiberCount());
@@ -125,10 +126,11 @@ void expectRefusal(const std::string& bytes, FiberFormat format, const std::stri
                   AllOf(StartsWith("readFibers: 'a file', " + place + ": "), HasSubstr(reason))));
 }
 
-bool parsesSafely(const std::string& bytes, FiberFormat format, const std::string& radius_from) {
+bool parsesSafely(const std::string& bytes, FiberFormat format, const std::string& numbers_from) {
   FiberFileOptions options;
   options.segments_per_span = kSegmentsPerSpan;
-  options.radius_from = radius_from;
+  options.radius_from = numbers_from;
+  options.groups_from = format == FiberFormat::kSwc ? "type" : numbers_from;
   const test::PeakMemory memory;
   bool is_scene = false;
   try {
@@ -140,7 +142,8 @@ bool parsesSafely(const std::string& bytes, FiberFormat format, const std::strin
                                     StartsWith("readFibers: 'a file', line ")));
   }
   const std::size_t used = memory.bytes();
-  EXPECT_LE(used, mostMemory(bytes, format, !radius_from.empty()) * bytes.size() + fewBytes(format))
+  EXPECT_LE(used,
+            mostMemory(bytes, format, !numbers_from.empty()) * bytes.size() + fewBytes(format))
       << "of a file of " << bytes.size();
   return is_scene;
 }

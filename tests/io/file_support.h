@@ -79,8 +79,9 @@ void expectRefusal(const std::string& bytes, FiberFormat format, const std::stri
 
 /// That parsing gives a scene as FiberPolylines says, or refuses with a place, and takes no more
 /// memory than readFibers says. Returns whether there is a scene.
+/// @param numbers_from  of radii and groups, which neurons have by their type
 bool parsesSafely(const std::string& bytes, FiberFormat format,
-                  const std::string& radius_from = "");
+                  const std::string& numbers_from = "");
 
 /// For all beginnings of a valid file. Those shorter than `needed` have to be refused.
 void expectSafeTruncations(const std::string& bytes, FiberFormat format, std::size_t needed);

@@ -94,6 +94,59 @@ TEST(PolylinesTest, TakesRadiiFromAColumn) {
   EXPECT_FALSE(parseRadii("0 0 0 0\n1 0 0 0\n", "4").has_radius);
 }
 
+FiberFile parseGroups(const std::string& text, const std::string& column) {
+  FiberFileOptions options;
+  options.groups_from = column;
+  return parseFibers(text, "a file", kPolylines, options);
+}
+
+TEST(PolylinesTest, TakesGroupsFromAColumn) {
+  // If this fails, fibers are in the group of another one, or nobody is told that a fiber has
+  // several numbers.
+  const FiberFile file =
+      parseGroups("0 0 0 7\n1 0 0 7\n\n0 0 1 -2.5\n1 0 1 -2.5\n\n9 9 9 7\n\n5 5 5 0\n", "4");
+  expectWellFormed(file.fibers);
+  EXPECT_THAT(file.fibers.groups, ElementsAre(3, 1, 3, 2));
+  EXPECT_THAT(file.group_values, ElementsAre(-2.5, 0, 7));
+  EXPECT_EQ(fiberArrays(file.fibers).groups, file.fibers.groups.data());
+  EXPECT_FALSE(file.has_radius);
+  EXPECT_THAT(file.warnings, IsEmpty());
+  // The first point may be that of the fiber where it branches.
+  const FiberFile mixed =
+      parseGroups("0 0 0 1\n1 0 0 2\n2 0 0 2\n\n0 0 1 3\n1 0 0 3\n2 0 0 1\n", "4");
+  EXPECT_THAT(mixed.fibers.groups, ElementsAre(2, 1));
+  EXPECT_THAT(mixed.warnings, ElementsAre("Points of 1 fiber have several numbers in '4'; the "
+                                          "group of a fiber is that of its last point."));
+  FiberFileOptions both;
+  both.radius_from = "5";
+  both.groups_from = "4";
+  const FiberFile other = parseFibers("0 0 0 1 .5 x\n1 0 0 1 .25\n", "", kPolylines, both);
+  EXPECT_THAT(other.fibers.radii, ElementsAre(0.5, 0.25));
+  EXPECT_THAT(other.fibers.groups, ElementsAre(1));
+  EXPECT_THAT(other.warnings, ElementsAre(HasSubstr("Columns after the radius are passed over")));
+  EXPECT_THAT(parse("0 0 0\n").fibers.groups, IsEmpty());
+}
+
+TEST(PolylinesTest, SaysWhyAColumnHoldsNoGroups) {
+  // If this fails, a text or a coordinate becomes a group, or nobody is told which line is wrong.
+  const auto refuses = [](const std::string& text, const std::string& reason) {
+    EXPECT_THAT([&] { parseGroups(text, "5"); },
+                testing::ThrowsMessage<std::runtime_error>(HasSubstr(reason)));
+  };
+  refuses("0 0 0 1 2\n0 0 1 1\n", "line 2: there are 4 columns; groups_from is 5");
+  refuses("0 0 0 1 left\n", "line 1: 'left' is no finite number");
+  for (const char* bad : {"3", "r", "type"}) {
+    EXPECT_THAT([&] { parseGroups("0 0 0 1\n", bad); },
+                testing::ThrowsMessage<std::invalid_argument>(
+                    HasSubstr("groups_from is '" + std::string(bad))));
+  }
+  FiberFileOptions options;
+  options.groups_from = "group";
+  EXPECT_THAT(
+      [&] { parseFibers("", "", FiberFormat::kTck, options); },
+      testing::ThrowsMessage<std::invalid_argument>(HasSubstr("other files tell no groups")));
+}
+
 TEST(PolylinesTest, SaysWhyAColumnHoldsNoRadii) {
   // If this fails, text or a coordinate becomes a radius, or nobody is told which line is wrong.
   const auto refuses = [](const std::string& text, const std::string& column,

@@ -55,6 +55,19 @@ TEST(SwcTest, SplitsAtBranchingPoints) {
   EXPECT_THAT(file.warnings, IsEmpty());
 }
 
+TEST(SwcTest, TypesMayBeGroups) {
+  // If this fails, fibers are in the group of the soma where they start, or of another fiber.
+  FiberFileOptions options;
+  options.groups_from = "type";
+  const FiberFile file = parseFibers(text(kNeuron), "a file", kSwc, options);
+  EXPECT_THAT(file.fibers.groups, ElementsAre(2, 2, 2, 1));
+  EXPECT_THAT(file.group_values, ElementsAre(2, 3));
+  EXPECT_THAT(file.warnings, IsEmpty());
+  options.groups_from = "4";
+  EXPECT_THAT([&] { parseFibers(text(kNeuron), "a file", kSwc, options); },
+              testing::ThrowsMessage<std::invalid_argument>(HasSubstr("groups_from is '4'")));
+}
+
 TEST(SwcTest, LinesMayBeInAnyOrder) {
   // If this fails, a neuron whose children precede their parents has other segments.
   const auto segments = [](const FiberPolylines& scene) {

@@ -504,6 +504,32 @@ TEST(VtpTest, SaysWhyAnArrayHoldsNoRadii) {
       testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("radius_from is 'R'")));
 }
 
+TEST(VtpTest, TakesGroupsFromAnArray) {
+  // If this fails, fibers are in the group of another line, or of a point that is not their last.
+  const std::string file = withCellData(
+      withPointData(textFile(), radiusArray("9 9 9 9 9") + arrayOf("Float64", "G", "4 4 4 4 2")),
+      arrayOf("Int16", "L", "5 -3"));
+  FiberFileOptions options;
+  const auto from = [&](const std::string& bytes, const char* name) {
+    options.groups_from = name;
+    return parseFibers(bytes, "a file", kVtp, options);
+  };
+  const FiberFile lines = from(file, "L");
+  EXPECT_THAT(lines.fibers.groups, ElementsAre(2, 1));
+  EXPECT_THAT(lines.group_values, ElementsAre(-3, 5));
+  EXPECT_TRUE(lines.has_radius);
+  EXPECT_THAT(lines.passed_over, ElementsAre("point data 'G'"));
+  const FiberFile points = from(file, "G");
+  EXPECT_THAT(points.group_values, ElementsAre(2, 4));
+  EXPECT_THAT(points.fibers.groups, ElementsAre(2, 1));
+  EXPECT_THAT([&] { from(file, "g"); },
+              testing::ThrowsMessage<std::runtime_error>(
+                  testing::HasSubstr("there is no array 'g', which groups_from names")));
+  EXPECT_THAT([&] { from(replaced(file, ">4 4 4 4 2<", ">4 4 nan 4 2<"), "G"); },
+              testing::ThrowsMessage<std::runtime_error>(
+                  testing::HasSubstr("the number of a group is nan")));
+}
+
 TEST(VtpTest, LinesWithoutPointsAreKept) {
   // If this fails, a cell that VTK's filters leave empty refuses a file, shifts radii, or gives all
   // lines after it the number of another.

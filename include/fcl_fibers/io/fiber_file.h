@@ -92,6 +92,12 @@ struct FiberFileOptions {
   /// and beside `radius`. If it is empty, .vtp files have their radii in `radius`, and text has
   /// none.
   std::string radius_from{};
+
+  /// Where the number is by which fibers are in groups (FiberPolylines::groups): the name of an
+  /// array of a .vtp file with one number for each point, or else for each cell; the number of a
+  /// column of text, from 4 on; or `type` of an .swc file. Of points, the last one of a fiber
+  /// counts. Refused for other formats. If it is empty, no fiber has a group.
+  std::string groups_from{};
 };
 
 /// The content of a file, in the file's unit of length and frame.
@@ -117,6 +123,10 @@ struct FiberFile {
   /// "point data 'FA'". At most nine for points and fibers together; the last one is "others" if
   /// there are more.
   std::vector<std::string> passed_over;
+
+  /// The numbers that FiberFileOptions::groups_from has found, ascending: that of group g is
+  /// group_values[g - 1]. A fiber without points may be in no group.
+  std::vector<double> group_values{};
 };
 
 /// Reads a file of fibers. Its first bytes tell its format; if they do not, its extension does. A
@@ -132,7 +142,7 @@ struct FiberFile {
 /// Reading takes memory for the file's bytes, some kilobytes, and at most this multiple of the
 /// file's size, whatever the file contains:
 ///
-///     .hair, .tfx, .tck, .trk  3         text  5, or 6 with radii
+///     .hair, .tfx, .tck, .trk  3         text  5, and 1 for each of radii and groups
 ///     .bcc  2 segments_per_span + 2      .swc  12
 ///     .vtp  29; 16 times the size of its decompressed arrays, which is at most 64 times the file
 ///
