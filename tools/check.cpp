@@ -17,6 +17,7 @@
 #include "found_pairs.h"
 #include "output_file.h"
 #include "seconds.h"
+#include "several_scenes.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -79,21 +80,18 @@ class FrameChecker {
 
   /// Returns whether there are contacts.
   bool run() {
+    const bool one_source = request_.groups || request_.scenes.size() == 1;
+    std::vector<SceneSource> groups;
     for (const SceneName& name : request_.scenes) {
       progress("reading " + name.text);
-      const SceneSource source = name.open();
-      const bool one_source = request_.scenes.size() == 1;
-      if (frames_ == 0) {
-        samples_ = source.has_samples || (other_ && !other_->samples.empty());
-        begin(!one_source || source.asked.size() > 1);
-      }
-      for (const int frame : source.asked) {
-        progress("looking for contacts in " + source.title +
-                 (several_ ? fmt::format(", frame {}", frame) : ""));
-        checkFrame(source, source.make(frame), one_source ? frame : frames_);
-        ++frames_;
+      SceneSource source = name.open();
+      if (request_.groups) {
+        groups.push_back(std::move(source));
+      } else {
+        checkFrames(source, one_source);
       }
     }
+    if (request_.groups) checkFrames(asGroups(std::move(groups)), one_source);
     if (several_ && request_.output == Output::kJson) stream_.write("\n ]\n}");
     if (request_.output == Output::kJson) stream_.write("\n");
     stream_.finish();
@@ -101,6 +99,20 @@ class FrameChecker {
   }
 
  private:
+  void checkFrames(const SceneSource& source, bool one_source) {
+    if (frames_ == 0) {
+      samples_ = source.has_samples || (other_ && !other_->samples.empty());
+      has_groups_ = !source.groups.empty();
+      begin(!one_source || source.asked.size() > 1);
+    }
+    for (const int frame : source.asked) {
+      progress("looking for contacts in " + source.title +
+               (several_ ? fmt::format(", frame {}", frame) : ""));
+      checkFrame(source, source.make(frame), one_source ? frame : frames_);
+      ++frames_;
+    }
+  }
+
   /// Once, for the first frame that has any. The text of one frame has a line about them.
   void warnOfPairsAlong(const CheckedFrame& frame, const ContactList& list) {
     const bool is_told = request_.output == Output::kText && !several_;
@@ -123,7 +135,8 @@ class FrameChecker {
           "`frames`, "
           "or --csv or --json");
     }
-    if (request_.output == Output::kCsv) writeCsvHead(request_, several, samples_, stream_);
+    if (request_.output == Output::kCsv)
+      writeCsvHead(request_, several, has_groups_, samples_, stream_);
     if (request_.output == Output::kText && several) {
       stream_.write(fmt::format("{:>6} {:>12} {:>12} {:>10}  {}\n", "frame", "pairs", "distance",
                                 "seconds", "scene"));
@@ -142,6 +155,7 @@ class FrameChecker {
         {"margin", tree.margin},
         {"ignored_neighbors", tree.ignored_neighbors},
         {"ignored_arc_length", tree.ignored_arc_length}};
+    if (has_groups_) head["within"] = request_.within;
     if (!meshes_.empty()) {
       head["meshes_only"] = request_.meshes_only;
       head["root_length"] = request_.meshes.root_length;
@@ -154,8 +168,10 @@ class FrameChecker {
     FiberArrays<double> arrays = fiberArrays(scene);
     std::vector<std::int32_t> roots = request_.meshes.roots(scene);
     if (!roots.empty()) arrays.root_segments = roots.data();
+    if (request_.within) arrays.groups = nullptr;
     if (frames_ > 0 && scene.point_begin == point_begin_ && scene.closed == closed_ &&
-        scene.starts_at == starts_at_ && scene.ends_at == ends_at_ && roots == roots_) {
+        scene.starts_at == starts_at_ && scene.ends_at == ends_at_ && scene.groups == groups_ &&
+        roots == roots_) {
       tree_.update(arrays);
     } else {
       tree_.build(arrays);
@@ -164,16 +180,16 @@ class FrameChecker {
       closed_ = scene.closed;
       starts_at_ = scene.starts_at;
       ends_at_ = scene.ends_at;
+      groups_ = scene.groups;
     }
   }
 
   void checkFrame(const SceneSource& source, const FiberPolylines& scene, int number) {
     Request listed = request_;
     if (request_.output == Output::kText && !listed.top) listed.top = kFew;
-    CheckedFrame frame = {listed,  source.title, std::nullopt,
-                          scene,   other_title_, other_ ? &*other_ : nullptr,
-                          meshes_, FoundPairs{}, 0,
-                          samples_};
+    CheckedFrame frame = {
+        listed,  source.title,  std::nullopt, scene, other_title_, other_ ? &*other_ : nullptr,
+        meshes_, source.groups, FoundPairs{}, 0,     samples_};
     if (several_) frame.number = number;
     if (frames_ == 0) warnOfMeshSize(scene, meshes_, request_.tree.margin, source.name);
     frame.seconds = seconds([&] {
@@ -211,11 +227,11 @@ class FrameChecker {
   std::string other_title_;
   std::optional<FiberPolylines> other_;
   std::optional<FiberTree> other_tree_;
-  bool several_ = false, samples_ = false, found_ = false, has_warned_ = false;
+  bool several_ = false, has_groups_ = false, samples_ = false, found_ = false, has_warned_ = false;
   int frames_ = 0;  ///< that are done
   std::vector<std::size_t> point_begin_;
   std::vector<std::uint8_t> closed_;
-  std::vector<std::int32_t> starts_at_, ends_at_, roots_;
+  std::vector<std::int32_t> starts_at_, ends_at_, groups_, roots_;
 };
 
 }  // namespace

@@ -42,7 +42,11 @@ struct Wish {
 struct Request {
   enum class Order { kDepth, kFiber };
 
-  std::vector<SceneName> scenes{};   ///< for check, several are frames of one scene
+  /// Several are for check the frames of one scene, and for view scenes beside each other.
+  std::vector<SceneName> scenes{};
+  bool groups = false;               ///< several are groups of one scene
+  bool frames = false;               ///< several are for view, too, the frames of one scene
+  bool within = false;               ///< pairs within a group count, too
   std::optional<SceneName> other{};  ///< to search or measure against; else a scene has only itself
   std::optional<SceneName> end{};    ///< of a step that starts with the scene
   FiberTreeOptions tree;

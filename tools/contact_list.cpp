@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <tuple>
 
@@ -43,7 +42,62 @@ PairSamples samplesOf(const CheckedFrame& frame, const FoundPair& pair) {
           pair.mesh == kNoMesh ? sampleOf(other, pair.b) : std::nullopt};
 }
 
+/// Columns that tell the groups of both sides at the end of a row.
+std::string groupColumns(Output output, const CheckedFrame::Listed& contact) {
+  std::string text;
+  for (const std::optional<double>& group : contact.groups) {
+    const bool is_csv = output == Output::kCsv;
+    text += group    ? fmt::format(is_csv ? ",{}" : " {:>8}", *group)
+            : is_csv ? ","
+                     : fmt::format(" {:>8}", "-");
+  }
+  return text;
+}
+
+/// A whole number without decimals.
+ordered_json numberJson(double number) {
+  const auto whole = static_cast<std::int64_t>(std::clamp(number, -9e15, 9e15));
+  return number == static_cast<double>(whole) ? ordered_json(whole) : ordered_json(number);
+}
+
+struct GroupSize {
+  std::size_t fibers = 0, segments = 0;
+};
+
+std::vector<GroupSize> groupSizes(const CheckedFrame& frame) {
+  std::vector<GroupSize> sizes(frame.groups.size() + 1);
+  for (std::size_t f = 0; f < frame.scene.fiberCount(); ++f) {
+    ++sizes[frame.groupOf(f)].fibers;
+    sizes[frame.groupOf(f)].segments += frame.scene.segmentCount(f);
+  }
+  return sizes;
+}
+
+/// The first ones, and how many more there are.
+std::string fewLines(const std::vector<std::string>& lines, const char* what) {
+  constexpr std::size_t kFew = 10;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(lines.size(), kFew); ++i) text += lines[i] + "\n";
+  if (lines.size() > kFew) {
+    text += fmt::format("and {} more {}\n", countText(lines.size() - kFew), what);
+  }
+  return text;
+}
+
 }  // namespace
+
+CheckedFrame::Listed CheckedFrame::listed(const FoundPair& pair) const {
+  Listed listed{contact(pair)};
+  for (const std::size_t side : {0U, 1U}) {
+    if (side == 1 && pair.mesh != kNoMesh) break;
+    std::size_t& fiber = (side == 0 ? listed.a : listed.b).fiber;
+    const std::size_t group = other == nullptr ? groupOf(fiber) : 0;
+    if (group == 0) continue;
+    listed.groups[side] = groups[group - 1].number;
+    fiber -= groups[group - 1].first_fiber;
+  }
+  return listed;
+}
 
 void ContactList::OfMesh::add(const Contact& contact) {
   if (segments == 0 || contact.a.fiber != last_fiber) ++fibers;
@@ -156,6 +210,13 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
         along.branches = along.branches || near;
       }
       is_along = near && along.add(*near, radii);
+      if (!frame.groups.empty()) {
+        const auto numbers =
+            std::minmax({frame.groupOf(contact.a.fiber), frame.groupOf(contact.b.fiber)});
+        OfGroups& of_groups = groups[numbers];
+        ++of_groups.count;
+        of_groups.least_distance = std::min(of_groups.least_distance, contact.distance);
+      }
     }
     least_distance = std::min(least_distance, contact.distance);
     if (!is_along) least_of_others = std::min(least_of_others, contact.distance);
@@ -197,7 +258,8 @@ std::string sampleColumns(Output output, const PairSamples& samples) {
   return text;
 }
 
-void writeCsvHead(const Request& request, bool several, bool samples, AnswerStream& stream) {
+void writeCsvHead(const Request& request, bool several, bool groups, bool samples,
+                  AnswerStream& stream) {
   stream.write(several ? "frame," : "");
   stream.write(request.summary ? "contacts," : "");
   stream.write(
@@ -206,12 +268,13 @@ void writeCsvHead(const Request& request, bool several, bool samples, AnswerStre
   if (!request.meshes.paths.empty()) {
     stream.write(",mesh,triangle,weight_0,weight_1,weight_2,solid");
   }
+  stream.write(groups ? ",group_a,group_b" : "");
   stream.write((samples ? sampleNames(Output::kCsv) : "") + "\n");
 }
 
 void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
   for (const ListRow& row : list.rows) {
-    const FoundContact c = frame.contact(row.pair);
+    const CheckedFrame::Listed c = frame.listed(row.pair);
     const bool is_mesh = c.mesh != kNoMesh;
     if (frame.number) stream.write(fmt::format("{},", *frame.number));
     if (frame.request.summary) stream.write(fmt::format("{},", row.contacts));
@@ -227,6 +290,7 @@ void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& 
     } else if (!frame.meshes.empty()) {
       stream.write(",,,,,,");
     }
+    if (!frame.groups.empty()) stream.write(groupColumns(Output::kCsv, c));
     if (frame.samples) stream.write(sampleColumns(Output::kCsv, samplesOf(frame, row.pair)));
     stream.write("\n");
   }
@@ -245,6 +309,14 @@ void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json 
   head["fibers"] = frame.scene.fiberCount();
   head["segments"] = frame.scene.segmentCount();
   head["radius"] = radiusJson(frame.scene);
+  const std::vector<GroupSize> sizes = groupSizes(frame);
+  for (std::size_t g = 0; g < frame.groups.size(); ++g) {
+    const SceneGroup& group = frame.groups[g];
+    ordered_json item = {{"group", numberJson(group.number)}};
+    if (!group.name.empty()) item["scene"] = group.name;
+    item.update({{"fibers", sizes[g + 1].fibers}, {"segments", sizes[g + 1].segments}});
+    head["groups"].push_back(item);
+  }
   if (frame.other != nullptr) {
     head["against"] = {{"scene", frame.other_title},
                        {"fibers", frame.other->fiberCount()},
@@ -274,6 +346,16 @@ void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json 
   head["along_count"] = list.along.count();
   head["least_distance_of_others"] =
       std::isfinite(list.least_of_others) ? ordered_json(list.least_of_others) : ordered_json();
+  if (!frame.groups.empty()) head["group_pairs"] = ordered_json::array();
+  for (const auto& [numbers, of_groups] : list.groups) {
+    const auto number = [&](std::size_t group) {
+      return group == 0 ? ordered_json() : numberJson(frame.groups[group - 1].number);
+    };
+    head["group_pairs"].push_back({{"group_a", number(numbers.first)},
+                                   {"group_b", number(numbers.second)},
+                                   {"contact_count", of_groups.count},
+                                   {"least_distance", of_groups.least_distance}});
+  }
   ordered_json& depths = head["depths"] = ordered_json::array();
   for (std::size_t i = 0; i < list.depths.size(); ++i) {
     depths.push_back({{"from", ContactList::kDepths[i]},
@@ -288,12 +370,14 @@ void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json 
   stream.write(frame.request.summary ? ",\n \"fiber_pairs\": [" : ",\n \"contacts\": [");
   const char* between = "\n  ";
   for (const ListRow& row : list.rows) {
-    const FoundContact c = frame.contact(row.pair);
+    const CheckedFrame::Listed c = frame.listed(row.pair);
     ordered_json item;
     if (frame.request.summary) item["contacts"] = row.contacts;
     const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
     item.update(c.mesh == kNoMesh ? contactJson(c, frame.scene, other)
                                   : meshContactJson(c, frame.scene));
+    if (c.groups[0]) item["group_a"] = numberJson(*c.groups[0]);
+    if (c.groups[1]) item["group_b"] = numberJson(*c.groups[1]);
     stream.write(between + item.dump());
     between = ",\n  ";
   }
@@ -342,6 +426,13 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
     text += "against " + frame.other_title + ": " +
             size(frame.other->segmentCount(), frame.other->fiberCount()) + "\n";
   }
+  const std::vector<GroupSize> sizes = groupSizes(frame);
+  std::vector<std::string> lines;
+  for (std::size_t g = 0; g < frame.groups.size(); ++g) {
+    lines.push_back(frame.groups[g].text() + ": " +
+                    size(sizes[g + 1].segments, sizes[g + 1].fibers));
+  }
+  text += fewLines(lines, "groups");
   for (const MeshFile& mesh : frame.meshes) {
     text += "with " + mesh.name + ": " + counted(mesh.mesh.triangleCount(), "triangle") +
             (mesh.mesh.kind() == TriangleMesh::Kind::kSolid ? ", solid\n" : "\n");
@@ -361,7 +452,17 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
                         size(of_mesh.segments, of_mesh.fibers));
   }
   if (list.along.count() > 0) text += "\n" + list.along.text();
-  text += fmt::format("\nbuilt and searched in {:.3g} s\n", frame.seconds);
+  text += "\n";
+  lines.clear();
+  for (const auto& [numbers, of_groups] : list.groups) {
+    const auto name = [&](std::size_t group) {
+      return group == 0 ? "none" : fmt::format("{}", frame.groups[group - 1].number);
+    };
+    lines.push_back(fmt::format("groups {} and {}: {}", name(numbers.first), name(numbers.second),
+                                counted(of_groups.count, "pair")));
+  }
+  if (lines.size() > 1) text += fewLines(lines, "pairs of groups");
+  text += fmt::format("built and searched in {:.3g} s\n", frame.seconds);
   stream.write(text);
   if (frame.count() == 0) return;
 
@@ -373,11 +474,12 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
       fmt::format("\n{:>8} {:>8}   {:>{}} {:>8}", "fiber", "number", fiber, width, "number"));
   if (request.summary) stream.write(fmt::format(" {:>8}", "contacts"));
   stream.write(fmt::format(" {:>12}", "distance"));
+  if (!frame.groups.empty()) stream.write(fmt::format(" {:>8} {:>8}", "group", "group"));
   if (frame.samples) stream.write(sampleNames(Output::kText));
   if (request.summary) stream.write(fmt::format(" {:>10} {:>10} {:>10}", "x", "y", "z"));
   stream.write("\n");
   for (const ListRow& row : list.rows) {
-    const FoundContact c = frame.contact(row.pair);
+    const CheckedFrame::Listed c = frame.listed(row.pair);
     const bool is_mesh = c.mesh != kNoMesh;
     const std::string with = is_mesh  ? frame.meshes[static_cast<std::size_t>(c.mesh)].name
                              : meshes ? fmt::format("fiber {}", c.b.fiber)
@@ -387,6 +489,7 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
         fmt::format("{:>8} {:>8}   {:>{}} {:>8}", c.a.fiber, c.a.number, with, width, number));
     if (request.summary) stream.write(fmt::format(" {:>8}", countText(row.contacts)));
     stream.write(fmt::format(" {:>12.4g}", c.distance));
+    if (!frame.groups.empty()) stream.write(groupColumns(Output::kText, c));
     if (frame.samples) stream.write(sampleColumns(Output::kText, samplesOf(frame, row.pair)));
     if (request.summary) {
       const auto& [x, y, z] = c.point_a;

@@ -5,8 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fcl_fibers/contact.h>
@@ -29,6 +31,7 @@ struct CheckedFrame {
   std::string other_title;      ///< of --against
   const FiberPolylines* other;  ///< likewise, or null
   const std::vector<MeshFile>& meshes;
+  const std::vector<SceneGroup>& groups;
   FoundPairs found;
   double seconds = 0;    ///< that build or update and search took
   bool samples = false;  ///< see writeCsvHead()
@@ -37,6 +40,18 @@ struct CheckedFrame {
   FoundContact contact(const FoundPair& pair) const {
     return contactOf(pair, scene, other, meshes);
   }
+
+  /// Its number, from 1 on; 0 for none.
+  std::size_t groupOf(std::size_t fiber) const {
+    return scene.groups.empty() ? 0 : static_cast<std::size_t>(scene.groups[fiber]);
+  }
+
+  /// A contact whose fibers count in their own files, as answers tell them, with the numbers of
+  /// their groups.
+  struct Listed : FoundContact {
+    std::array<std::optional<double>, 2> groups{};
+  };
+  Listed listed(const FoundPair& pair) const;
 };
 
 /// A contact, or all contacts of two fibers or of a fiber and a mesh, by the deepest of them.
@@ -89,6 +104,12 @@ struct ContactList {
   std::size_t other_segments = 0, other_fibers = 0;  ///< of --against, that touch
   PairsAlong along;
 
+  struct OfGroups {
+    std::size_t count = 0;
+    double least_distance = std::numeric_limits<double>::infinity();
+  };
+  std::map<std::pair<std::size_t, std::size_t>, OfGroups> groups;  ///< by number, from 1 on
+
   struct OfMesh {
     std::size_t segments = 0, fibers = 0;  ///< that touch it
     double least_distance = 0;             ///< if there are any
@@ -111,8 +132,10 @@ std::string sampleNames(Output output);
 std::string sampleColumns(Output output, const PairSamples& samples);
 
 /// Beginning, rows and end of a list of contacts.
+/// @param groups  whether rows tell groups
 /// @param samples  whether rows tell samples, see sampleOf()
-void writeCsvHead(const Request& request, bool several, bool samples, AnswerStream& stream);
+void writeCsvHead(const Request& request, bool several, bool groups, bool samples,
+                  AnswerStream& stream);
 void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream);
 
 /// The frame as a JSON object that begins with `head`.

@@ -96,6 +96,29 @@ void addRadius(CLI::App& command, Arguments& arguments, bool several) {
       ->excludes(radius);
 }
 
+/// @param excluded  options that go without groups
+/// @return the option `--groups`
+CLI::Option* addGroups(CLI::App& command, Arguments& arguments,
+                       const std::vector<CLI::Option*>& excluded) {
+  Request& request = arguments.request;
+  CLI::Option* const files =
+      command.add_flag("--groups", request.groups,
+                       "Take several scenes as groups of one. Pairs within a group do\nnot count.");
+  CLI::Option* const numbers =
+      add(command, "--groups-from", arguments.groups_from, "NAME",
+          "Take fibers with the same number as a group: that of the\narray NAME of a .vtp file, of "
+          "column NAME of text, or `type`\nof an .swc file. Of points, the last one of a fiber "
+          "counts.")
+          ->check(kName)
+          ->excludes(files);
+  command.add_flag("--within", request.within, "Pairs within a group count, too.");
+  for (CLI::Option* const option : excluded) {
+    files->excludes(option);
+    numbers->excludes(option);
+  }
+  return files;
+}
+
 /// Which pairs of one fiber are left out.
 void addNeighbors(CLI::App& command, FiberTreeOptions& tree) {
   addNumber(command, "-n,--ignored-neighbors", tree.ignored_neighbors, "N",
@@ -187,9 +210,11 @@ void addCheck(CLI::App& command, Arguments& arguments) {
   CLI::Option* const against =
       add(command, "--against", arguments.other, "SCENE",
           "Look for pairs of each scene with SCENE, instead of pairs\nwithin it.");
-  add(command, "--end", arguments.end, "SCENE",
-      "List pairs that touch while the fibers move from SCENES to\nSCENE in a straight "
-      "line, and when. Both have the same fibers.");
+  CLI::Option* const end =
+      add(command, "--end", arguments.end, "SCENE",
+          "List pairs that touch while the fibers move from SCENES to\nSCENE in a straight "
+          "line, and when. Both have the same fibers.");
+  addGroups(command, arguments, {against, end});
   CLI::Option* const mesh = addMeshes(command, request.meshes);
   command.add_flag("--meshes-only", request.meshes_only, "Leave out pairs of two fibers.")
       ->needs(mesh)
@@ -254,6 +279,9 @@ void addCheck(CLI::App& command, Arguments& arguments) {
       "  mesh, triangle          A mesh, and the triangle into which the segment is deepest.\n"
       "  weight_0, ...           The place in the triangle: the weights of its three points.\n"
       "  solid                   1 if the segment is in a solid mesh, else 0.\n"
+      "With groups there are the numbers of both, and of a file that tells samples:\n"
+      "  group_a, group_b        A file, counted from 0, or the number that --groups-from names.\n"
+      "  sample_a, type_a, ...   The sample at the second point of segment a, and its type.\n"
       "With --end there is the time at which a pair first touches, and the contact is that of "
       "then:\n"
       "  time                    From 0, the start, where some may touch already, to 1, the end.");
@@ -359,14 +387,20 @@ void addTrade(CLI::App& command, Arguments& arguments) {
 
 void addView(CLI::App& command, Arguments& arguments) {
   Request& request = arguments.request;
-  add(command, "SCENES", arguments.scenes, "", "The scenes that the page shows.")->required();
+  add(command, "SCENES", arguments.scenes, "",
+      "The scenes that the page shows, one at a time if there are\nseveral.")
+      ->required();
   addRadius(command, arguments, true);
   command.add_option("-o,--output", request.path, "Write the page to FILE, which ends in .html.")
       ->required()
       ->type_name("FILE");
-  add(command, "--end", arguments.end, "SCENE",
-      "Play a step from the one scene to SCENE, which has the same\nfibers, and mark pairs "
-      "when they first touch.");
+  CLI::Option* const end =
+      add(command, "--end", arguments.end, "SCENE",
+          "Play a step from the one scene to SCENE, which has the same\nfibers, and mark pairs "
+          "when they first touch.");
+  CLI::Option* const groups = addGroups(command, arguments, {end});
+  command.add_flag("--frames", request.frames, "Play several scenes as frames of one.")
+      ->excludes(groups, end);
   addMeshes(command, request.meshes);
   addLoads(command, arguments);
   addSearch(command, request);
@@ -402,6 +436,10 @@ void addView(CLI::App& command, Arguments& arguments) {
 }  // namespace
 
 void Arguments::nameScenes() {
+  if (request.within && !request.groups && groups_from.empty()) {
+    throw std::invalid_argument(
+        "--within is for fibers in groups; give --groups or --groups-from, too");
+  }
   std::vector<std::string> texts = scenes;
   for (const std::string& text : {other, end}) {
     if (!text.empty()) texts.push_back(text);
@@ -423,6 +461,7 @@ void Arguments::nameScenes() {
     if (files == 0 || isFile(text)) {
       if (!radii.empty()) options.radius = radii.size() == 1 ? radii[0] : radii[file++];
       options.radius_from = radius_from;
+      options.groups_from = groups_from;
     }
     request.scenes.push_back({text, options, &generated, loads});
   }

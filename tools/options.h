@@ -21,7 +21,7 @@ struct Arguments {
   std::string other{}, end{};
   std::optional<std::string> loads{};
   std::vector<double> radii{};
-  std::string radius_from{};
+  std::string radius_from{}, groups_from{};
 
   /// Names the scenes of the request: `scenes`, and `other` and `end` if they are given. One radius
   /// is for all files; several are for the files in order.

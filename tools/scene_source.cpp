@@ -11,6 +11,8 @@
 #include <string_view>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "messages.h"
 
 namespace fcl_fibers::tools {
@@ -84,6 +86,7 @@ SceneSource readFile(const std::string& path, const io::FiberFileOptions& option
   for (const std::string& warning : read.warnings) {
     source.warnings.push_back(asOnTheCommandLine(warning));
   }
+  for (const double number : read.group_values) source.groups.push_back({number});
   source.passed_over = std::move(read.passed_over);
   source.make = [scene = std::move(read.fibers)](int frame) {
     return frame == 0 ? scene : swing(scene, 0.01 * frame);
@@ -92,6 +95,10 @@ SceneSource readFile(const std::string& path, const io::FiberFileOptions& option
 }
 
 }  // namespace
+
+std::string SceneGroup::text() const {
+  return fmt::format("group {}{}", number, name.empty() ? "" : ", " + name);
+}
 
 bool isFile(const std::string& text) {
   std::error_code error;
@@ -103,6 +110,9 @@ SceneSource SceneName::find() const {
   if (!generated->make) refuse(text, "there is no file of that name");
   if (!options.radius_from.empty()) {
     refuse(text, "--radius-from is for files; a generated scene has the key `radius`");
+  }
+  if (!options.groups_from.empty()) {
+    refuse(text, "--groups-from is for files, which have the numbers of groups");
   }
   return generated->make(*this);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <string>
@@ -17,6 +18,17 @@ struct GuideFilament {
   double length, stiffness;  ///< cm, dyn cm2
 };
 
+/// Fibers of a scene that belong together: those of a file among several, or those for which a file
+/// has a number.
+struct SceneGroup {
+  double number;                ///< of the file, counted from 0; or that in the file
+  std::string name{};           ///< of the file; empty if a number in it tells the group
+  std::size_t first_fiber = 0;  ///< of the file, in the scene
+
+  /// `group 1, a.tck`
+  std::string text() const;
+};
+
 /// The input of a command: a file of fibers or a generated scene, with its motion if it has one.
 struct SceneSource {
   std::string name;   ///< short: the file's name, or the scene's
@@ -31,6 +43,7 @@ struct SceneSource {
   int frame_count = 1;                   ///< frames are 0, ..., frame_count - 1
   std::vector<int> playable;             ///< frames that a page plays; a scene at rest has one
   std::vector<int> asked = {0};          ///< frames of `frames=`, or else the one
+  std::vector<SceneGroup> groups;        ///< that of FiberPolylines::groups, less 1
   std::optional<GuideFilament> guide;    ///< of an assembly that follows one
 
   /// A frame of the motion. Fibers of a file swing about their roots, 0.01 rad a frame.

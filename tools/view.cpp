@@ -18,6 +18,7 @@
 #include "output_file.h"
 #include "page.h"
 #include "page_contacts.h"
+#include "several_scenes.h"
 #include "step_impacts.h"
 
 namespace fcl_fibers::tools {
@@ -110,6 +111,7 @@ json frameJson(const FiberPolylines& scene, const std::string& label, const Thin
     FiberArrays<double> arrays = fiberArrays(scene);
     const std::vector<std::int32_t> roots = request.meshes.roots(scene);
     if (!roots.empty()) arrays.root_segments = roots.data();
+    if (request.within) arrays.groups = nullptr;
     tree.build(arrays);
     frame["volumes"][boxes ? "boxes" : "spheres"] = volumesJson(tree, request.depth, steps.middle);
     if (!boxes) continue;
@@ -168,6 +170,17 @@ std::vector<PageFrame> framesOf(const StepScene& step) {
   return frames;
 }
 
+json groupsJson(const SceneSource& source, const FiberPolylines& scene) {
+  json groups = json::array();
+  for (const SceneGroup& group : source.groups) {
+    const auto number = static_cast<std::int32_t>(groups.size()) + 1;
+    groups.push_back({{"name", group.name.empty() ? group.text() : group.name},
+                      {"first", group.first_fiber},
+                      {"fibers", std::count(scene.groups.begin(), scene.groups.end(), number)}});
+  }
+  return groups;
+}
+
 json sceneJson(const SceneSource& source, const Request& request,
                const std::vector<MeshFile>& meshes) {
   std::optional<StepScene> step;
@@ -188,7 +201,7 @@ json sceneJson(const SceneSource& source, const Request& request,
   std::vector<const std::vector<Point>*> points_of_frames;
   for (const PageFrame& frame : frames) points_of_frames.push_back(&frame.fibers.points);
   const Steps steps(points_of_frames);
-  std::string begin, segments;
+  std::string begin, segments, groups;
   std::size_t points = 0;
   appendLittleEndian(begin, std::uint32_t{0});
   thinning.forEachFiber(first, [&](std::size_t f, const std::vector<std::size_t>& drawn) {
@@ -196,6 +209,11 @@ json sceneJson(const SceneSource& source, const Request& request,
     appendLittleEndian(begin, static_cast<std::uint32_t>(points));
     appendLittleEndian(segments, static_cast<std::uint32_t>(first.segmentCount(f)));
   });
+  if (!source.groups.empty()) {
+    for (const std::int32_t group : first.groups) {
+      appendLittleEndian(groups, static_cast<std::uint32_t>(group));
+    }
+  }
   json scene = {{"name", source.name},
                 {"title", step ? step->start_title + " to " + step->end_title : source.title},
                 {"impacts", step ? json(impacts.count) : json()},
@@ -211,6 +229,8 @@ json sceneJson(const SceneSource& source, const Request& request,
                 {"middle", steps.middle},
                 {"begin", base64(begin)},
                 {"segmentsOfFibers", base64(segments)},
+                {"groupsOfFibers", base64(groups)},
+                {"groups", groupsJson(source, first)},
                 {"opened", 0},
                 {"frames", json::array()}};
   if (request.record) {
@@ -260,6 +280,8 @@ std::string pageOf(const std::vector<SceneSource>& sources, const Request& reque
 int view(const Request& request) {
   std::vector<SceneSource> sources;
   for (const SceneName& name : request.scenes) sources.push_back(name.open());
+  if (request.groups) sources = {asGroups(std::move(sources))};
+  if (request.frames) sources = {asFrames(std::move(sources))};
   if (request.end && sources.size() > 1) {
     throw std::invalid_argument("--end takes one scene, which is the start of the step");
   }

@@ -26,6 +26,12 @@ def is_fiber(pixel):
     return red > blue + 25 and red >= green > blue and not is_red(pixel)
 
 
+def is_blue(pixel):
+    """A fiber of the second group."""
+    red, green, blue = pixel
+    return blue > 90 and blue > 1.25 * green > 1.25 * red
+
+
 def is_green(pixel):
     """A contact with a mesh."""
     red, green, blue = pixel

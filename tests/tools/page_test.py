@@ -13,7 +13,7 @@ import unittest
 
 try:
     from page import DRIVER, STATE, VIEWER, PageTest
-    from page import is_drawn, is_fiber, is_green, is_mesh, is_red
+    from page import is_blue, is_drawn, is_fiber, is_green, is_mesh, is_red
     from PIL import Image
     from program import box
 except ImportError:
@@ -357,6 +357,37 @@ class Page(PageTest):
         for kind in "keyDown", "keyUp":
             self.browser.call("Input.dispatchKeyEvent", type=kind, key="Escape")
         self.assertTrue(self.browser.evaluate(hidden))
+
+    def test_groups_have_colours_and_names(self):
+        """Nobody would see which of two bundles a fiber is of."""
+        first = self.write("first.txt", "-1 -9 0\n-1 9 0\n\n1 -9 0\n1 9 0\n")
+        second = self.write("second.txt", "-9 0 0.3\n9 0 0.3\n")
+        scenes = (first, second, "-r", 0.2)
+        self.open(self.make(*scenes, "--groups"), "#markers=0")
+        picture = self.look("groups")
+        self.assertGreater(picture.count(is_blue), 500)
+        self.assertGreater(picture.count(is_fiber), 1000)
+        names = self.browser.evaluate(
+            "[...document.querySelectorAll('.groups div')].map(line => line.textContent)"
+        )
+        self.assertEqual(names, ["first.txt: 2 fibers", "second.txt: 1 fiber"])
+        self.click_at(*self.on_screen((4, 0, 0.3)))
+        self.assertEqual(self.text(".picked"), "fiber 0 of second.txt, segment 0")
+        self.click("[name=markers]")
+        self.look("groups_marked")
+        self.click_at(*self.on_screen((1, 0, 0.15)))
+        self.assertIn(
+            "fiber 1 of first.txt, segment 0 touches fiber 0 of second.txt, segment 0; 0.1 deep",
+            self.text(".picked"),
+        )
+        self.assertEqual(self.browser.problems(), [])
+        numbers = self.write("n.txt", "0 0 0 3\n0 9 0 3\n\n1 0 0 -1\n1 9 0 -1\n")
+        self.open(self.make(numbers, "-r", 0.2, "--groups-from", 4))
+        self.assertEqual(self.text(".groups"), "group -1: 1 fibergroup 3: 1 fiber")
+        self.click_at(*self.on_screen((0, 5, 0)))
+        self.assertEqual(self.text(".picked"), "fiber 0 of group 3, segment 0")
+        self.open(self.make(*scenes))
+        self.assertEqual(self.look("no_groups").count(is_blue), 0)
 
     def test_tells_the_segment_of_the_file_where_not_all_points_are_drawn(self):
         line = self.write("line.txt", "".join(f"{x} 0 0\n" for x in range(2003)))

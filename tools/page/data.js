@@ -35,11 +35,17 @@ function decodedMarkers(markers) {
   };
 }
 
+// Of groups, in turns; contacts have other colours.
+const kGroupColours = [[227, 189, 134], [122, 166, 236], [158, 204, 116], [200, 156, 226],
+                       [232, 150, 108], [216, 217, 224], [108, 196, 190], [228, 214, 96]];
+const kColourOfNone = [120, 124, 132];
+
 class Frames {
   constructor(scene) {
     this.scene = scene;
     this.begin = decodedIntegers(scene.begin);
     this.radii = decodedFloats(scene.radii);
+    this.groups = decodedIntegers(scene.groupsOfFibers);  // 0 for none; empty if there are none
     this.thickest = this.radii.reduce((a, b) => Math.max(a, b));
     this.cache = new Map();
   }
@@ -61,6 +67,18 @@ class Frames {
     }
     return this.cache.get(index);
   }
+  colourOfGroup(number) {
+    if (number === 0) return kColourOfNone;
+    return kGroupColours[((number || 1) - 1) % kGroupColours.length];
+  }
+  colourOf(fiber) { return this.colourOfGroup(this.groups[fiber]); }
+
+  /// Fibers count in their own files.
+  nameOf(fiber) {
+    const group = this.scene.groups[this.groups[fiber] - 1];
+    return group ? `fiber ${fiber - group.first} of ${group.name}` : `fiber ${fiber}`;
+  }
+
   /// The radii at both ends of the line from a point to the next one.
   radiiFrom(point) {
     const at = p => this.radii[p % this.radii.length];

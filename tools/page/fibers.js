@@ -8,10 +8,11 @@ const kFiberVertex = `
   attribute vec2 position;  // x across, y from start to end
   attribute vec3 before, start, end, after;
   attribute vec2 radii;     // at start and end
+  attribute vec3 tint;      // of the group
   attribute vec4 look;      // hue of the fiber, place along it, light, touching
   attribute vec4 lookAfter;
   attribute vec4 ends;      // whether the fiber begins, ends, has ended before; how much picked
-  varying vec3 vTangent, vSide, vEye;
+  varying vec3 vTangent, vSide, vEye, vTint;
   varying vec4 vLook;
   varying vec2 vPlace;      // along the axis, and beside it
   varying vec3 vCone;       // both radii, and the length
@@ -49,7 +50,7 @@ const kFiberVertex = `
     vCone = vec3(drawn, length);
     point += vPlace.y * side + (atStart ? -beyond : beyond) * along;
     point += radius * sqrt(max(1.0 - position.x * position.x, 0.0)) * eye;
-    vTangent = tangent; vSide = side; vEye = eye; vPicked = ends.w;
+    vTangent = tangent; vSide = side; vEye = eye; vTint = tint; vPicked = ends.w;
     vLook = vec4(look.x, mix(look.yz, lookAfter.yz, position.y), look.w);
     gl_Position = projectionMatrix * vec4(point, 1.0);
     gl_Position.z -= 2e-5 * touching * gl_Position.w;
@@ -61,9 +62,9 @@ const kFiberVertex = `
 // Kajiya and Kay's hair: light scattered across the tangent, and two highlights along it.
 const kFiberFragment = `
   precision highp float;
-  uniform vec3 light, background, dark, bright;
+  uniform vec3 light, background;
   uniform float nearest, farthest, onlyTouching, showTouching;
-  varying vec3 vTangent, vSide, vEye;
+  varying vec3 vTangent, vSide, vEye, vTint;
   varying vec4 vLook;
   varying vec2 vPlace;
   varying vec3 vCone;
@@ -79,7 +80,9 @@ const kFiberFragment = `
                mix(vCone.x, vCone.y, centre / max(vCone.z, 1e-30));
     if (dot(off, off) > 1.001) discard;
     vec3 normal = normalize(vSide) * off.y + vEye * sqrt(max(1.0 - off.y * off.y, 0.0));
-    vec3 hue = mix(dark, bright, clamp(vLook.x * 0.85 + 0.25 * vLook.y - 0.05, 0.0, 1.0));
+    // What is dark has passed through the colour twice.
+    vec3 hue = mix(0.54 * vTint * vTint, vTint,
+                   clamp(vLook.x * 0.85 + 0.25 * vLook.y - 0.05, 0.0, 1.0));
     float across = dot(t, light);
     float diffuse = sqrt(max(1.0 - across * across, 0.0)) * (0.55 + 0.45 * dot(normal, light));
     vec3 halfway = normalize(light + vEye);
@@ -147,7 +150,13 @@ class Fibers {
 
     const radii = new Float32Array(2 * this.points);
     for (let p = 0; p < this.points; ++p) radii.set(frames.radiiFrom(p), 2 * p);
+    const tint = new Uint8Array(3 * this.points);
+    for (let f = 0; f + 1 < begin.length; ++f) {
+      const colour = frames.colourOf(f * frames.scene.fiberStep);
+      for (let p = begin[f]; p < begin[f + 1]; ++p) tint.set(colour, 3 * p);
+    }
     const attributes = {
+      tint: new THREE.InstancedBufferAttribute(tint, 3, true, 1),
       look: new THREE.InterleavedBufferAttribute(this.look, 4, 0, true),
       lookAfter: new THREE.InterleavedBufferAttribute(this.look, 4, 4, true),
       ends: this.ends,
@@ -159,7 +168,6 @@ class Fibers {
     this.uniforms = {
       pixel: {value: 0}, least: {value: 1},
       light: {value: kLight}, background: {value: new THREE.Color(kBackground)},
-      dark: {value: new THREE.Color(0x6b4526)}, bright: {value: new THREE.Color(0xe3bd86)},
       nearest: {value: 0}, farthest: {value: 1},
       onlyTouching: {value: 0}, showTouching: {value: 0},
     };

@@ -6,6 +6,7 @@ const kPanels = `
     <h1></h1>
     <p class="counts"></p>
     <p class="drawn"></p>
+    <div class="groups"></div>
     <p class="picked" role="status" hidden></p>
   </div>
   <div class="panel show">
@@ -46,19 +47,21 @@ function pickedText(picked, frames, meshes) {
   if (picked.triangle !== undefined) return `${meshes.names[picked.mesh]}, triangle ${picked.triangle}`;
   if (picked.fiber !== undefined) {
     const segment = frames.segmentAt(picked.fiber, picked.line, picked.along);
-    return `fiber ${picked.fiber * frames.scene.fiberStep}, segment ${segment}`;
+    return `${frames.nameOf(picked.fiber * frames.scene.fiberStep)}, segment ${segment}`;
   }
   const {segments, distances, depths, times} = picked.markers.shown;
   const [fiberA, segmentA, b, ofB] = segments.slice(4 * picked.marker);
   if (frames.scene.impacts !== null) {
-    return `fiber ${fiberA}, segment ${segmentA} first touches fiber ${b}, segment ${ofB} ` +
+    return `${frames.nameOf(fiberA)}, segment ${segmentA} first touches ${frames.nameOf(b)}, ` +
+        `segment ${ofB} ` +
         `at time ${short(times[picked.marker])}`;
   }
   const distance = distances[picked.marker];
   const isMesh = picked.markers.kind === kMeshContacts;
   const deep = isMesh ? `${short(-distance)} deep`
       : `${short(-distance)} deep, ${short(100 * depths[picked.marker])} % of the radii's sum`;
-  const other = isMesh ? `${meshes.names[b]}, triangle ${ofB}` : `fiber ${b}, segment ${ofB}`;
-  return `fiber ${fiberA}, segment ${segmentA} touches ${other}; ` +
+  const other = isMesh ? `${meshes.names[b]}, triangle ${ofB}`
+      : `${frames.nameOf(b)}, segment ${ofB}`;
+  return `${frames.nameOf(fiberA)}, segment ${segmentA} touches ${other}; ` +
       (distance > 0 ? `${short(distance)} apart` : deep);
 }

@@ -162,6 +162,12 @@ class Viewer {
     this.framing = new Framing([...points, ...this.meshes.points], frames.thickest);
     this.setUp(frames.scene.up);
     if (this.embedded) this.eye.controls.enableZoom = false;
+    this.find('.groups').replaceChildren(...frames.scene.groups.map(({name, fibers}, i) => {
+      const line = document.createElement('div'), colour = document.createElement('i');
+      colour.style.background = `rgb(${frames.colourOfGroup(i + 1)})`;
+      line.append(colour, `${name}: ${counted(fibers, 'fiber')}`);
+      return line;
+    }));
     [...this.find('.scenes').children].forEach(
         (tab, i) => tab.setAttribute('aria-pressed', String(i === index)));
     this.set({});
