@@ -16,6 +16,7 @@ cd "$(dirname "$0")/.."
 rm -rf build/docs build/site
 mkdir -p build/docs
 doxygen docs/Doxyfile
+docs/pictures/live.sh build/docs/live
 # Debian's Sphinx, whatever else is in the path.
 /usr/bin/python3 -m sphinx -W --keep-going -n -q -d build/docs/doctrees -c docs . build/site
 

@@ -56,7 +56,7 @@ nitpick_ignore_regex = [("cpp:.*", NOT_FOUND)]
 
 html_theme = "furo"
 html_title = f"{project} {version}"
-html_static_path = ["site.css"]
+html_static_path = ["site.css", "../build/docs/live"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
@@ -70,6 +70,8 @@ API_PAGES = {
     for header in HEADER.findall(page.read_text())
 }
 LISTED = set()
+# Pages of docs/pictures/live.sh, and what they show first.
+LIVE = {"ponytail": "camera=75,8,1.4", "parting": "markers=0&camera=40,14,1"}
 LOGGER = logging.getLogger(__name__)
 
 
@@ -174,6 +176,22 @@ def add_python(app, docname, source):
         source[0] = re.sub(link, directives, source[0], flags=re.MULTILINE)
 
 
+def add_live_pages(app, doctree, docname):
+    """Pictures of the gallery are pages of `fcl_fibers view` where docs/pictures/live.sh has made
+    them."""
+    for image in list(doctree.findall(nodes.image)) if docname == "docs/gallery" else []:
+        name = Path(image["uri"]).stem
+        if name not in LIVE:
+            continue
+        page = f"../_static/{name}.html"
+        html = (
+            f'<iframe src="{page}#{LIVE[name]}" title="{image["alt"]}" loading="lazy" '
+            'style="width: 100%; height: 30rem; border: 0"></iframe>'
+            f'<br><a href="{page}">The page alone</a>'
+        )
+        image.parent.replace(image, nodes.raw("", html, format="html"))
+
+
 def prepare_links(app, doctree):
     """Links to files that are no pages are for the resolver below, not for downloads."""
     for node in doctree.findall(nodes.raw):
@@ -234,3 +252,4 @@ def setup(app):
     app.connect("doctree-read", prepare_links, priority=400)
     app.connect("missing-reference", resolve_source)
     app.connect("html-collect-pages", listings)
+    app.connect("doctree-resolved", add_live_pages)

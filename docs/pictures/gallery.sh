@@ -3,11 +3,11 @@
 #
 # docs/pictures/gallery.sh: makes the pages of docs/gallery.md in build/gallery, their stills in
 # docs/images/gallery, docs/images/topologies.png and docs/images/hair.png. Prints what each page
-# counts.
+# counts. docs/pictures/ponytail.txt.gz is what docs/pictures/live.sh shows.
 #
 # FCL_FIBERS_DATA names a folder with tressfx31_ponytail_*.tfx, from the folder
 # amd_tressfx_viewer/media/ponytail of https://github.com/GPUOpen-Effects/TressFX, version 3.1.1.
-# Without it the ponytail and hair.png stay as they are.
+# Without it the ponytails and hair.png stay as they are.
 set -euo pipefail
 data=${FCL_FIBERS_DATA:+$(realpath -e -- "$FCL_FIBERS_DATA")}
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -51,6 +51,12 @@ if [[ -e $pages/ponytail.txt ]]; then
   page ponytail "$pages/ponytail.txt" -r 0.05 --up y
   still gallery/ponytail ponytail camera=75,8,1
   still hair ponytail 'markers=0&camera=75,8,1' 'camera=75,10,12'
+  # Every second strand is enough for live.sh, and small.
+  {
+    sed 's/^/# /; s/ $//' docs/pictures/ponytail_licence.txt
+    awk 'NF { if (!odd) printf "%.2f %.2f %.2f\n", $1, $2, $3; inside = 1; next }
+         inside { if (!odd) print ""; odd = !odd; inside = 0 }' "$pages/ponytail.txt"
+  } | gzip -9n >docs/pictures/ponytail.txt.gz
 else
   echo "There is no ponytail: FCL_FIBERS_DATA names no folder" >&2
 fi

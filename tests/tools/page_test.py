@@ -71,6 +71,10 @@ class Page(PageTest):
         self.browser.open(f"file://{notebook}")
         self.browser.driver.switch_to.frame(0)
         self.browser.wait_for(f"document.querySelector('.fiber-viewer') && {STATE} === 'drawn'")
+        zooms = f"{VIEWER}.eye.controls.enableZoom"
+        self.assertFalse(self.browser.evaluate(zooms), "the wheel scrolls the page around it")
+        self.browser.driver.find_element("tag name", "canvas").click()
+        self.assertTrue(self.browser.evaluate(zooms))
         self.browser.driver.find_element("name", "red").click()
         self.assertGreater(self.look("notebook").count(is_red), 100)
         self.assertEqual(self.browser.evaluate("location.href"), "about:srcdoc")

@@ -7,9 +7,10 @@ const kFramesPerSecond = 20;
 class Viewer {
   constructor(container, {scenes, meshes}) {
     this.container = container;
-    this.embedded = container.dataset.embedded === 'true';
+    const isPart = container.dataset.embedded === 'true';
+    this.embedded = isPart || window.parent !== window;
     // A frame's srcdoc has none: an address that is written there would open the page around it.
-    this.hasAddress = !this.embedded && location.protocol !== 'about:';
+    this.hasAddress = !isPart && location.protocol !== 'about:';
     this.scenes = scenes.map(scene => new Frames(scene));
     this.meshData = meshes;
     this.state = {...kNumbers, volumes: '', up: 'z'};
