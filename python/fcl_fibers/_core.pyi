@@ -183,7 +183,12 @@ contact_types: Tuple[np.dtype, np.dtype, np.dtype, np.dtype]
 def fiber_pairs(contacts: np.ndarray, /) -> np.ndarray: ...
 def root_segments(numbers: Numbers, layout: Layout, length: float, /) -> np.ndarray: ...
 def read(
-    path: bytes, radius: Optional[float], segments_per_span: int, radius_from: bytes, /
+    path: bytes,
+    radius: Optional[float],
+    segments_per_span: int,
+    radius_from: bytes,
+    groups_from: bytes,
+    /,
 ) -> tuple: ...
 def read_mesh(path: bytes, /) -> Tuple[np.ndarray, np.ndarray]: ...
 def write(

@@ -31,8 +31,9 @@ class Fibers(_Arrays):
     closed   (fibers,) bool, or None if no fiber is closed
 
     Not among these four are the following, each None if the file has none. build(fibers) and
-    show(fibers) know the branches, and build(*fibers) does not. write(path, fibers) writes all four
-    to a .vtp file, and fibers._replace() and copies keep them.
+    show(fibers) know the branches, build(fibers) the groups, and build(*fibers) neither.
+    write(path, fibers) writes all but groups to a .vtp file, and fibers._replace() and copies keep
+    them.
 
     starts_at  (fibers,) int32: the point of a fiber that the first point of each repeats, or -1, as
                in FiberTree.build()
@@ -40,12 +41,16 @@ class Fibers(_Arrays):
     samples    (n,) int64: the sample of an .swc file that each point is. A segment goes to a sample
                from its parent, so samples[contacts["a"] + 1] tell the first segments of contacts
     types      (n,) int64: the types of these
+    groups     (fibers,) int32: as in FiberTree.build(); None unless read() is told where they are
+    group_values  float64, ascending: the number in the file of each group g is group_values[g - 1]
     """
 
     starts_at: Optional[np.ndarray] = None
     ends_at: Optional[np.ndarray] = None
     samples: Optional[np.ndarray] = None
     types: Optional[np.ndarray] = None
+    groups: Optional[np.ndarray] = None
+    group_values: Optional[np.ndarray] = None
 
     def _replace(self, **arrays: Any) -> Fibers:
         """Fibers with other arrays, also in the place of those that are not among the four."""
@@ -66,6 +71,7 @@ def read(
     radius: Optional[float] = None,
     segments_per_span: int = 4,
     radius_from: Union[str, int, None] = None,
+    groups_from: Union[str, int, None] = None,
 ) -> Fibers:
     """Reads a file of fibers: .hair, .tfx, .bcc, .vtp, .tck, .trk, .swc, or text, also packed by
     gzip.
@@ -74,6 +80,9 @@ def read(
     segments_per_span  straight segments for each span of a .bcc spline
     radius_from        where the radii are, instead of `radius`: in a .vtp file the name of an array
                        of points or of cells; in text the number of a column, from 4 on
+    groups_from        where the number is by which fibers are in groups: an array or a column as
+                       for `radius_from`, or "type" of an .swc file. Of points, the last one of a
+                       fiber counts.
 
     A file that cannot be opened raises OSError. A damaged one raises ValueError, which tells the
     place.
@@ -81,7 +90,12 @@ def read(
     radius = None if radius is None else _arrays.number("radius", radius)
     segments_per_span = _arrays.integer("segments_per_span", segments_per_span)
     arrays, more, remarks = _content(
-        _core.read, path, radius, segments_per_span, _radius_from(radius_from)
+        _core.read,
+        path,
+        radius,
+        segments_per_span,
+        _name("radius_from", radius_from),
+        _name("groups_from", groups_from),
     )
     for remark in remarks:
         warnings.warn(f"{os.fsdecode(path)}: {remark}", FiberFileWarning, stacklevel=2)
@@ -89,7 +103,7 @@ def read(
     if isinstance(radii, np.ndarray):
         radii = radii.view(_arrays.PointRadii)
     fibers = Fibers(points, offsets, radii, closed)
-    fibers.starts_at, fibers.ends_at, fibers.samples, fibers.types = more
+    vars(fibers).update(zip(Fibers.__annotations__, more))
     return fibers
 
 
@@ -111,10 +125,10 @@ def _content(read: Callable[..., Any], path: Union[str, os.PathLike], *more: Any
         raise ValueError(str(error)) from None
 
 
-def _radius_from(name: Union[str, int, None]) -> bytes:
+def _name(option: str, name: Union[str, int, None]) -> bytes:
     if name is None:
         return b""
-    text = f"radius_from is {name!r}; give the name of an array, or the number of a column"
+    text = f"{option} is {name!r}; give the name of an array, or the number of a column"
     if isinstance(name, str):
         if not name or "\0" in name:
             raise ValueError(text)

@@ -252,6 +252,7 @@ class FiberTree:
                     "fibers of a file are given with arrays of their own; leave them out"
                 )
             starts_at, ends_at = points.starts_at, points.ends_at
+            groups = points.groups if groups is None else groups
             points, offsets, of_file, closed = points
             radii = of_file if radius is None else None
         array, begin = _arrays.points_and_offsets(points, offsets)

@@ -63,11 +63,12 @@ auto withMesh(const py::array& points, const py::array& triangles, Use&& use) {
 
 /// Returns the four arrays of Fibers of Python's side, what they hold besides, and the warnings.
 py::tuple readFile(const std::string& path, std::optional<double> radius, int segments_per_span,
-                   std::string radius_from) {
+                   std::string radius_from, std::string groups_from) {
   io::FiberFileOptions options;
   options.radius = radius;
   options.segments_per_span = segments_per_span;
   options.radius_from = std::move(radius_from);
+  options.groups_from = std::move(groups_from);
   io::FiberFile file;
   {
     const Unlocked unlocked;
@@ -91,7 +92,7 @@ py::tuple readFile(const std::string& path, std::optional<double> radius, int se
       py::make_tuple(toArray(std::move(fibers.points), number, 3),
                      toArray(std::move(offsets), py::dtype::of<std::int64_t>()), radii, closed),
       py::make_tuple(orNone(fibers.starts_at), orNone(fibers.ends_at), orNone(fibers.samples),
-                     orNone(fibers.types)),
+                     orNone(fibers.types), orNone(fibers.groups), orNone(file.group_values)),
       std::move(file.warnings));
 }
 

@@ -228,6 +228,26 @@ def test_where_radii_are(tmp_path):
         fcl_fibers.read(vtp, 0.5, radius_from="Tübe")
 
 
+def test_where_groups_are(tmp_path):
+    """Fibers of one group would meet, or those of two would not."""
+    text = tmp_path / "points.txt"
+    text.write_text("".join(f"0 0 {i} {g}\n1 0 {i} {g}\n\n" for i, g in enumerate((8, 8, -1, 8))))
+    fibers = fcl_fibers.read(text, radius=0.6, groups_from=4)
+    assert fibers.groups.tolist() == [2, 2, 1, 2] and fibers.group_values.tolist() == [-1, 8]
+    tree = fcl_fibers.FiberTree()
+    tree.build(fibers)
+    assert tree.pairs().tolist() == [[2, 4], [4, 6]]
+    tree.build(fibers, groups=[0] * 4)
+    assert len(tree.pairs()) == 3
+    assert fibers._replace(radii=1.0).groups is fibers.groups
+    with pytest.warns(fcl_fibers.FiberFileWarning):
+        assert fcl_fibers.read(text).groups is None
+    with pytest.raises(ValueError, match="groups_from is '3'"):
+        fcl_fibers.read(text, groups_from=3)
+    with pytest.raises(TypeError, match="groups_from is 2.5"):
+        fcl_fibers.read(text, groups_from=2.5)
+
+
 def test_packed_files(tmp_path):
     path = tmp_path / "points.txt.gz"
     path.write_bytes(gzip.compress(b"1 2 3\n4 5 6\n"))
