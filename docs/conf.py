@@ -192,6 +192,14 @@ def add_live_pages(app, doctree, docname):
         image.parent.replace(image, nodes.raw("", html, format="html"))
 
 
+def mark_wide_tables(app, doctree):
+    """Those that site.css has to break to show their last column."""
+    for table in doctree.findall(nodes.table):
+        columns = zip(*(row.children for row in table.findall(nodes.row)))
+        if sum(3 + max(len(cell.astext()) for cell in column) for column in columns) > 125:
+            table["classes"].append("wide")
+
+
 def prepare_links(app, doctree):
     """Links to files that are no pages are for the resolver below, not for downloads."""
     for node in doctree.findall(nodes.raw):
@@ -248,6 +256,7 @@ def setup(app):
     app.connect("source-read", add_navigation)
     app.connect("source-read", add_declarations)
     app.connect("source-read", add_python)
+    app.connect("doctree-read", mark_wide_tables)
     # Before Sphinx collects downloads.
     app.connect("doctree-read", prepare_links, priority=400)
     app.connect("missing-reference", resolve_source)
