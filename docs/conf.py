@@ -52,7 +52,7 @@ breathe_default_project = project
 # Names that other libraries document, the namespaces, and a name that a class takes from its base.
 # Sphinx does not find what is in a template with its argument.
 NOT_FOUND = r"(std|fcl)(::.*)?|fcl_fibers(::(io|benchmarks))?|Object|FiberArrays<double>::.*"
-nitpick_ignore_regex = [("cpp:.*", NOT_FOUND)]
+nitpick_ignore_regex = [("cpp:.*", NOT_FOUND), ("py:.*", ".*")]
 
 html_theme = "furo"
 html_title = f"{project} {version}"
@@ -133,47 +133,76 @@ def add_declarations(app, docname, source):
         source[0] = HEADER.sub(directives, source[0])
 
 
-def python_declarations(module, depth=3, of=""):
-    """Headings, signatures and docstrings of what the package has of a module, or of a class."""
-    package = ast.parse((ROOT / "python/fcl_fibers/__init__.py").read_text()).body[-1]
-    exported = ast.literal_eval(package.value)  # __all__
-    for node in module.body:
-        if not isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+def paragraphs(documentation, arguments):
+    """A docstring as reStructuredText. Lines `name   text` are parameters, or parts of a result."""
+    text = re.sub(r"([*|\\]|_\b(?!\w))", r"\\\1", documentation)
+    for block in re.sub(r"`([^`]+)`", r"``\1``", text).split("\n\n"):
+        if block.startswith("    "):
+            yield re.sub(r"\\(.)", r"\1", f"::\n\n{block}")
             continue
-        if node.name.startswith("_") and node.name != "__init__":
+        entries = re.findall(r"^([\w, ]*\w) {2,}(.+(?:\n .*)*)", block, re.MULTILINE)
+        if not entries:
+            yield block
             continue
-        if isinstance(module, ast.Module) and node.name not in exported:
-            continue
-        documentation = ast.get_docstring(node)
-        decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
-        if any(decorator.endswith(".setter") for decorator in decorators):
-            continue
-        if documentation is None and node.name != "__init__" and not decorators:
-            LOGGER.warning(f"{node.name} of Python has no docstring")
-        if node.name != "__init__":
-            yield f"{'#' * depth} {node.name}"
-        if isinstance(node, ast.FunctionDef):
-            arguments = ast.unparse(node.args).replace("self, ", "").replace("self", "")
-            returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
-            call = "" if "property" in decorators else f"({arguments})"
-            name = of if node.name == "__init__" else node.name
-            yield f"```python\n{name}{call}{returns}\n```"
-        if documentation:
-            yield f"```text\n{documentation}\n```"
-        if isinstance(node, ast.ClassDef):
-            yield from python_declarations(node, depth + 1, node.name)
+        is_input = set(entries[0][0].split(", ")) <= set(arguments)
+        for names, what in entries:
+            what = re.sub(r"\s*\n\s*", " ", what)
+            if is_input:
+                yield from (f":param {name}: {what}" for name in names.split(", "))
+            else:
+                yield f"``{names}``\n    {what}"
+
+
+def python_declaration(node, of=None):
+    """A class, with what is in it, or a function, as reStructuredText."""
+    decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
+    if node.name.startswith("_") or any(name.endswith(".setter") for name in decorators):
+        return ""
+    documentation = ast.get_docstring(node) or ""
+    if not documentation and not decorators:
+        LOGGER.warning(f"{node.name} of Python has no docstring")
+    called, members = node, []
+    if isinstance(node, ast.ClassDef):
+        kind, members = "class", [m for m in node.body if isinstance(m, ast.FunctionDef)]
+        called = next((m for m in members if m.name in ("__init__", "__new__")), None)
+    else:
+        kind = ("property" if "property" in decorators else "method") if of else "function"
+    if called:
+        arguments = [*called.args.args, *called.args.kwonlyargs]
+        for argument in arguments:
+            argument.annotation = None  # the list of parameters tells shapes and types
+        names = [argument.arg for argument in arguments]
+        call = re.sub(r"^(self|cls)(, )?", "", ast.unparse(called.args))
+    else:
+        names = [m.target.id for m in node.body if isinstance(m, ast.AnnAssign)]
+        call = ", ".join(names)
+    lines = [f".. py:{kind}:: {node.name}" + ("" if kind == "property" else f"({call})")]
+    if kind != "class" and node.returns and ast.unparse(node.returns) != "None":
+        returns = ast.unparse(node.returns)
+        lines[0] += f"\n   :type: {returns}" if kind == "property" else f" -> {returns}"
+    if kind == "class" and not called:
+        names = []  # parts of a result
+    lines.extend(paragraphs(documentation, names))
+    lines.extend(filter(None, (python_declaration(m, node.name) for m in members)))
+    return "\n\n".join(lines).replace("\n", "\n   ")
 
 
 def add_python(app, docname, source):
-    """docs/api/python.md has the docstrings below links to the sources, as they stand there."""
+    """docs/api/python.md has the docstring of each name in the place of the link to its source."""
+    exported = ast.parse((ROOT / "python/fcl_fibers/__init__.py").read_text()).body[-1]
+    missing = set(ast.literal_eval(exported.value)) - {"__version__"}  # of __all__
 
-    def directives(match):
-        module = ast.parse((ROOT / "python" / match[1]).read_text())
-        return "\n\n".join([match[0], *python_declarations(module)])
+    def directive(match):
+        missing.discard(match[1])
+        module = ast.parse((ROOT / "python/fcl_fibers" / match[2]).read_text())
+        node = next(node for node in module.body if getattr(node, "name", "") == match[1])
+        return f"```{{eval-rst}}\n{python_declaration(node)}\n```"
 
     if docname == "docs/api/python":
-        link = r"^\[[^\]]*\]\(\.\./\.\./python/(.*\.py)\)$"
-        source[0] = re.sub(link, directives, source[0], flags=re.MULTILINE)
+        link = r"^\[`(\w+)`\]\(\.\./\.\./python/fcl_fibers/(.*\.py)\)$"
+        source[0] = re.sub(link, directive, source[0], flags=re.MULTILINE)
+        for name in sorted(missing):
+            LOGGER.warning(f"{name} of Python is not in docs/api/python.md")
 
 
 def add_live_pages(app, doctree, docname):

@@ -445,7 +445,7 @@ class FiberTree:
         out        (points, 3) float32 or float64 to add to; zeros, float64, if there is none
         other      the tree or mesh that the contacts are with, if there is one; a shape has no
                    points
-        other_out  such an array for its points; if there is none, what acts on these is left out
+        other_out  such an array for its points; without it, what acts on these is left out
 
         `out` and `other_out` share no memory with each other, the contacts or the forces.
         Each force is shared by the weights of nodes(). The sums are those of a loop over the
