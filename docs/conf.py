@@ -24,7 +24,7 @@ NAVIGATION = {
         f"tutorials/{name}"
         for name in (
             "swap shadow own_manager hair_step live_pairs gust hair_head harness obstacles yarn "
-            "neuron python"
+            "neuron tract python"
         ).split()
     ],
     "Guide": ["options", "files", "contacts", "program", "python", "gallery", "faq"],

@@ -60,7 +60,6 @@ def norms(nodes):
     return np.linalg.norm(np.diff(nodes, axis=1), axis=2)
 
 
-# [loop]
 def unpack(nodes):
     """The nodes free of collisions, and how many rounds that took."""
     lengths = norms(nodes)
@@ -79,7 +78,6 @@ def unpack(nodes):
             relax(nodes, lengths)
         tree.update(nodes)
     raise RuntimeError("the fibers do not fit")
-    # [loop]
 
 
 def contacts_of(nodes):

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which streamlines of a tractogram can be tubes of a given radius without any overlap?
 
-    tractogram.py [FILE RADIUS]
+    tractogram.py [FILE RADIUS KEPT]
 
-FILE is a .tck or .trk, or any other file that fcl_fibers.read knows. Without it, the script makes
-10,000 streamlines of 100 segments, in 10 bundles that cross. Lengths are in mm.
+FILE is a .tck or .trk, or any other file that fcl_fibers.read knows; KEPT is the .tck to write.
+Without them, the script makes bundles.tck, 10,000 streamlines of 100 segments in 10 bundles that
+cross, and kept.tck. Lengths are in mm.
 """
 
 import sys
@@ -104,15 +105,26 @@ def subset(fibers, kept):
     return fcl_fibers.Fibers(fibers.points[of_kept], offsets, radii, closed)
 
 
+def write_tck(path, fibers):
+    """In MRtrix's format: a point of NaN ends each streamline, one of infinity the file."""
+    points = np.insert(fibers.points.astype("<f4"), fibers.offsets[1:], np.nan, axis=0)
+    header = "mrtrix tracks\ndatatype: Float32LE\nfile: . 64\nEND\n"
+    with open(path, "wb") as file:
+        file.write(header.ljust(64).encode())
+        file.write(np.append(points, np.full((1, 3), np.inf, "<f4"), axis=0).tobytes())
+
+
 if len(sys.argv) > 1:
-    # [read]
-    fibers = fcl_fibers.read(sys.argv[1], radius=float(sys.argv[2]))
-    # [read]
+    path, radius, kept_path = sys.argv[1], float(sys.argv[2]), sys.argv[3]
 else:
+    path, radius, kept_path = "bundles.tck", TUBE_RADIUS, "kept.tck"
     points = bundles(seed=1)
     offsets = np.arange(len(points) + 1) * (SEGMENTS + 1)
-    fibers = fcl_fibers.Fibers(points.reshape(-1, 3), offsets, TUBE_RADIUS, None)
+    write_tck(path, fcl_fibers.Fibers(points.reshape(-1, 3), offsets, radius, None))
 
+# [read]
+fibers = fcl_fibers.read(path, radius=radius)
+# [read]
 count = len(fibers.offsets) - 1
 print(f"{count} streamlines, {len(fibers.points) - count} segments")
 pairs, segment_pairs = overlapping(fibers)
@@ -121,7 +133,9 @@ print(f"{len(np.unique(pairs))} streamlines overlap others")
 
 kept = greedy(pairs, count)
 print(f"{np.count_nonzero(kept)} streamlines are kept")
+kept_fibers = subset(fibers, kept)
+write_tck(kept_path, kept_fibers)
 # A second query tells whether that is right: it knows nothing of the first.
-rest, _ = overlapping(subset(fibers, kept))
+rest, _ = overlapping(kept_fibers)
 assert len(rest) == 0
 print(f"{len(rest)} pairs of those overlap")
