@@ -22,7 +22,6 @@ using namespace fcl_fibers;
 
 constexpr int kRows = 20, kSegments = 20;
 
-// [hair]
 /// 400 hairs of 12 cm that hang from a grid, in a wind along x. No two of them have quite the same
 /// shape or feel quite the same wind.
 FiberPolylines hair(double wind) {
@@ -45,7 +44,6 @@ FiberPolylines hair(double wind) {
   }
   return result;
 }
-// [hair]
 
 double meanMotion(const FiberPolylines& start, const FiberPolylines& end) {
   double sum = 0;

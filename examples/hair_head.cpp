@@ -37,7 +37,6 @@ Vec onSphere(double z, double turn) {
   return {across * std::cos(turn), across * std::sin(turn), z};
 }
 
-// [mesh]
 /// A ball about the origin: rings of points between two poles. Neighbours share their points, and
 /// the points of each triangle are counterclockwise, seen from outside.
 void addBall(std::vector<Vec>& points, std::vector<std::int32_t>& triangles) {
@@ -59,9 +58,7 @@ void addBall(std::vector<Vec>& points, std::vector<std::int32_t>& triangles) {
     }
   }
 }
-// [mesh]
 
-// [pose]
 /// The head nods about a point in the neck, once a second.
 MeshPose nod(int step) {
   const double angle = 0.5 * std::sin(2 * kPi * step * kStep), neck = -0.15;
@@ -74,7 +71,6 @@ Vec apply(const MeshPose& pose, Vec p) {
   return {r[0] * p.x + r[1] * p.y + r[2] * p.z + t[0], r[3] * p.x + r[4] * p.y + r[5] * p.z + t[1],
           r[6] * p.x + r[7] * p.y + r[8] * p.z + t[2]};
 }
-// [pose]
 
 /// Roots go with the head. All other points fall, and then segments get their length again.
 void move(std::vector<Vec>& now, std::vector<Vec>& before, const std::vector<Vec>& rest,
@@ -152,7 +148,6 @@ int main(int argc, char** argv) {
   TriangleMesh head(arrays, TriangleMesh::Kind::kSolid);
   // [head]
 
-  // [hair]
   std::vector<Vec> now;
   std::vector<std::size_t> point_begin = {0};
   for (std::size_t hair = 0; hair < kHairs; ++hair) {
@@ -166,7 +161,6 @@ int main(int argc, char** argv) {
   const std::vector<Vec> rest = now;
   std::vector<Vec> before = now;
   FiberArrays<double> hair = {&now[0].x, now.size(), point_begin.data(), kHairs, &kRadius};
-  // [hair]
 
   // [roots]
   FiberTree tree;
@@ -182,8 +176,8 @@ int main(int argc, char** argv) {
   std::printf("without roots: %zu contacts\n", contacts.size());
   // [roots]
 
-  // [loop]
   for (int step = 1; step <= 500; ++step) {
+    // [loop]
     const MeshPose pose = nod(step);
     head.setPose(pose);
     move(now, before, rest, pose);
@@ -192,6 +186,7 @@ int main(int argc, char** argv) {
       tree.find(Contacts{hair}, head, contacts);
       pushOut(tree, contacts, now);
     }
+    // [loop]
 
     if (step % 50 != 0) continue;
     double deepest = 0, lowest = kHead;  // lowest above the ball, without asking the library
@@ -207,6 +202,5 @@ int main(int argc, char** argv) {
       write(path, now, corners, pose, contacts);
     }
   }
-  // [loop]
   return 0;
 }

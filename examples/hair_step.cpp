@@ -48,7 +48,6 @@ void addLock(Vec root, Vec direction, std::vector<Vec>& points) {
   }
 }
 
-// [motion]
 /// Free fall: every point goes on as in the last step. Roots stay.
 void fall(Hair& hair) {
   for (std::size_t i = 0; i < hair.now.size(); ++i) {
@@ -71,7 +70,6 @@ void keepLengths(std::vector<Vec>& points) {
     }
   }
 }
-// [motion]
 
 // [contact]
 /// What moves the second segment of a contact from the first along the normal, and back along
@@ -127,9 +125,9 @@ int main(int argc, char** argv) {
   tree.build(arrays);
   // [arrays]
 
-  // [loop]
   std::map<std::pair<int, int>, int> ages;  // for how many steps a pair has touched
   for (int step = 0; step <= 440; ++step) {
+    // [loop]
     fall(hair);
     tree.update(arrays);
 
@@ -156,6 +154,7 @@ int main(int argc, char** argv) {
       hair.now[i] = hair.now[i] + 1 / static_cast<float>(counts[i]) * sums[i];
     }
     keepLengths(hair.now);
+    // [loop]
 
     if (step < 240 || step % 20 != 0) continue;
     int oldest = 0;
@@ -164,6 +163,5 @@ int main(int argc, char** argv) {
                 contacts.size(), oldest, 1000 * std::abs(deepest));
     if (argc > 1) write(argv[1], step, hair, contacts);
   }
-  // [loop]
   return 0;
 }

@@ -47,7 +47,6 @@ fcl_fibers::FiberPolylines cables() {
   return harness;
 }
 
-// [arm]
 constexpr const char* kNames[] = {"foot", "upper arm", "elbow", "forearm", "hand"};
 
 /// A link along z, in the frame of its joint.
@@ -76,7 +75,6 @@ std::vector<fcl::Transform3d> poses(double degrees) {
                          forearm = elbow * forward;
   return {foot, upper, elbow, forearm, forearm * Eigen::Translation3d(0, 0, 0.35)};
 }
-// [arm]
 
 // [nearest]
 struct Nearest {
@@ -106,6 +104,7 @@ bool isBetter(const Contact& p, const Contact& q) {
   if (p.solid != q.solid) return p.solid;
   return p.solid ? p.distance > q.distance : p.distance < q.distance;
 }
+// [way]
 
 /// The best way out for each segment and link that touch.
 std::vector<Contact> waysOut(const std::vector<Contact>& contacts) {
@@ -120,7 +119,6 @@ std::vector<Contact> waysOut(const std::vector<Contact>& contacts) {
   }
   return ways;
 }
-// [way]
 
 /// Writes the corners of each link and the shortest line as lines, and contacts as points.
 void write(const std::string& path, const std::vector<Object>& links, const Nearest& nearest,
@@ -182,7 +180,6 @@ int main(int argc, char** argv) {
     if (ways.empty()) harness.distance(&arm, &nearest, keepNearest);
     // [ask]
 
-    // [print]
     if (ways.empty()) {
       const fcl_fibers::FiberSegment place = harness.fiberSegment(nearest.segment);
       const auto& [x, y, z] = nearest.contact.point_b;
@@ -201,7 +198,6 @@ int main(int argc, char** argv) {
           degrees, touching.contacts().size(), ways.size(), -1000 * deepest.distance,
           kNames[deepest.b.fiber], deepest.a.fiber, deepest.a.number, x, y, z);
     }
-    // [print]
     if (argc < 2) continue;
     const std::string path = std::string(argv[1]) + "/harness_" + std::to_string(degrees);
     write(path, links, nearest, touching.contacts());

@@ -57,7 +57,6 @@ void print(const char* name, const fcl::CollisionObjectd& obstacle, const Collec
 }  // namespace
 
 int main(int argc, char** argv) {
-  // [scene]
   const fcl_fibers::FiberPolylines blades = grass();
   const auto objects = fcl_fibers::makeObjects<double>(blades);
 
@@ -69,7 +68,6 @@ int main(int argc, char** argv) {
   fcl::CollisionObjectd rock = placed(mesh, 0.45, 0.65);
   fcl_fibers::FiberManagerOptions options;
   options.report = fcl_fibers::Report::kCapsules;
-  // [scene]
 
   // [two]
   Manager grass_manager(options), obstacle_manager(options);

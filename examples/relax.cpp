@@ -71,7 +71,6 @@ void keepLengths(std::vector<Vec>& points) {
   }
 }
 
-// [push]
 /// Moves the points so that each contact opens to the gap. What a point gets of several contacts is
 /// averaged.
 void push(const FiberTree& tree, const std::vector<Contact>& contacts, std::vector<Vec>& points) {
@@ -90,7 +89,6 @@ void push(const FiberTree& tree, const std::vector<Contact>& contacts, std::vect
     if (counts[i] > 0) points[i] = points[i] + 1.0 / counts[i] * sums[i];
   }
 }
-// [push]
 
 }  // namespace
 
@@ -101,7 +99,6 @@ int main() {
   const FiberArrays<double> fibers = {&points[0].x, points.size(), point_begin.data(), kFibers,
                                       &kRadius};
 
-  // [loop]
   FiberTreeOptions options;
   options.margin = kGap;  // what is near is kept apart before it overlaps again
   FiberTree tree(options);
@@ -122,13 +119,10 @@ int main() {
     keepLengths(points);
     tree.update(fibers);
   }
-  // [loop]
 
-  // [counters]
   const LivePairsCounters counters = live.counters();
   std::printf("%ld updates took %ld searches for all pairs\n", static_cast<long>(counters.updates),
               static_cast<long>(counters.listings));
-  // [counters]
 
   double longest = 0;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {

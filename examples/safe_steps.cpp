@@ -94,7 +94,6 @@ void push(const FiberTree& tree, const std::vector<BareContact>& contacts,
   }
 }
 
-// [cut]
 /// Moves each point to where it wants to be, or as far towards it as is safe. Returns how many
 /// points are not there.
 std::size_t move(std::vector<Vec>& points, const std::vector<Vec>& wanted,
@@ -108,7 +107,6 @@ std::size_t move(std::vector<Vec>& points, const std::vector<Vec>& wanted,
   }
   return cut;
 }
-// [cut]
 
 void write(const std::string& folder, int iteration, const std::vector<Vec>& points) {
   FiberPolylines fibers;
@@ -128,7 +126,6 @@ int main(int argc, char** argv) {
                                       point_begin.size() - 1, &kRadius};
   std::printf("%zu hairs\n", fibers.fiber_count);
 
-  // [trees]
   FiberTreeOptions options;
   options.ignored_neighbors = 2;  // segments of a straight hair that touch
   FiberTree tree(options), judge(options);
@@ -140,7 +137,6 @@ int main(int argc, char** argv) {
   LivePairsOptions list;
   list.skin = kSkin;  // not chosen, so that there always is a list
   LivePairs<> live(tree, list), near(near_tree);
-  // [trees]
 
   std::vector<BareContact> contacts;
   std::vector<double> safe;

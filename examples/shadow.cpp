@@ -39,7 +39,6 @@ bool countTouching(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* cda
   return false;
 }
 
-// [program]
 /// The program, which knows FCL's interface only.
 void simulate(fcl::BroadPhaseCollisionManagerd& manager, const Objects& objects) {
   for (const auto& object : objects) manager.registerObject(object.get());
@@ -52,9 +51,7 @@ void simulate(fcl::BroadPhaseCollisionManagerd& manager, const Objects& objects)
     std::printf("step %d: %d pairs touch\n", step, touching);
   }
 }
-// [program]
 
-// [result]
 void print(const fcl_fibers::ShadowResult& result) {
   std::printf("%zu changes and %zu queries\n", result.changes, result.queries);
   std::printf("FCL's tree:  %zu pairs, %.0f ms\n", result.first.pairs, 1e3 * result.first.seconds);
@@ -63,7 +60,6 @@ void print(const fcl_fibers::ShadowResult& result) {
   const std::string difference = result.difference.substr(0, result.difference.find(';'));
   std::printf("difference:  %s\n", difference.empty() ? "none" : difference.c_str());
 }
-// [result]
 
 }  // namespace
 
@@ -79,13 +75,11 @@ int main(int argc, char** argv) {
   simulate(manager, objects);
   print(manager.result());
 
-  // [forgotten]
   // What a fault of the program looks like: it turns an object and forgets computeAABB().
   objects[0]->setTranslation(objects[500]->getTranslation());
   manager.update(objects[0].get());
   int touching = 0;
   manager.collide(&touching, countTouching);
-  // [forgotten]
   print(manager.result());
   return 0;
 }

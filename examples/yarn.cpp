@@ -21,7 +21,6 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kCourses = 8, kStitches = 24, kSegments = 40;  // segments of a stitch
 constexpr double kRadius = 0.6;                              // of the yarn
 
-// [yarn]
 /// Stockinette, rolled to a tube: a course is the closed curve x = t + a sin 2t, y = b cos t,
 /// z = c cos 2t, with x around the tube, y along it and z outward.
 FiberPolylines knit() {
@@ -37,13 +36,14 @@ FiberPolylines knit() {
       tube.points.push_back(
           {outward * std::cos(angle), outward * std::sin(angle), 3.5 * course + 3.0 * std::cos(t)});
     }
+    // [closed]
     tube.points.push_back(tube.points[first]);  // closed: the last point repeats the first
     tube.point_begin.push_back(tube.points.size());
     tube.closed.push_back(1);
+    // [closed]
   }
   return tube;
 }
-// [yarn]
 
 // [contacts]
 std::vector<Contact> contacts(const FiberPolylines& yarns, int neighbors, double arc_length) {

@@ -35,7 +35,7 @@
 #include "files_0_includes.inc"
 #include "files_1_includes.inc"
 #include "live_pairs_0_includes.inc"
-#include "live_pairs_9_includes.inc"
+#include "live_pairs_5_includes.inc"
 #include "options_0_includes.inc"
 #include "options_1_includes.inc"
 #include "options_2_includes.inc"
@@ -320,10 +320,10 @@ TEST(LivePairs, OfTheTutorial) {
   // clang-format off
 #include "live_pairs_0_code.inc"
 #include "live_pairs_1_code.inc"
+#include "live_pairs_2_code.inc"
 #include "live_pairs_4_code.inc"
-#include "live_pairs_8_code.inc"
-#include "live_pairs_9_code.inc"
-#include "live_pairs_10_code.inc"
+#include "live_pairs_5_code.inc"
+#include "live_pairs_6_code.inc"
   // clang-format on
   EXPECT_EQ(pairs.size(), 1u);
   EXPECT_EQ(contacts.size(), 1u);
