@@ -221,6 +221,20 @@ def add_live_pages(app, doctree, docname):
         image.parent.replace(image, nodes.raw("", html, format="html"))
 
 
+def add_measured(app, docname, source):
+    """Tables of docs/measured, folded, below the paragraph or list that links them."""
+
+    def shown(block):
+        for title, path in re.findall(r"\[([^]]+)\]\((measured/[\w.-]+\.csv)\)", block):
+            table = f"```{{csv-table}}\n:file: {path}\n:header-rows: 1\n```"
+            title = " ".join(title.split())
+            block += f"\n\n<details><summary>{title}</summary>\n\n{table}\n\n</details>"
+        return block
+
+    if docname == "docs/measured":
+        source[0] = "\n\n".join(map(shown, source[0].split("\n\n")))
+
+
 def mark_wide_tables(app, doctree):
     """Those that site.css has to break to show their last column."""
     for table in doctree.findall(nodes.table):
@@ -285,6 +299,7 @@ def setup(app):
     app.connect("source-read", add_navigation)
     app.connect("source-read", add_declarations)
     app.connect("source-read", add_python)
+    app.connect("source-read", add_measured)
     app.connect("doctree-read", mark_wide_tables)
     # Before Sphinx collects downloads.
     app.connect("doctree-read", prepare_links, priority=400)
