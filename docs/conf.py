@@ -236,11 +236,14 @@ def add_measured(app, docname, source):
 
 
 def mark_wide_tables(app, doctree):
-    """Those that site.css has to break to show their last column."""
+    """Those that site.css breaks to show their last column, and the names that it may break."""
     for table in doctree.findall(nodes.table):
         columns = zip(*(row.children for row in table.findall(nodes.row)))
         if sum(3 + max(len(cell.astext()) for cell in column) for column in columns) > 125:
             table["classes"].append("wide")
+            for code in table.findall(nodes.literal):
+                if len(code.astext()) > 24:
+                    code["classes"].append("long")
 
 
 def prepare_links(app, doctree):
