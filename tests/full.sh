@@ -231,6 +231,13 @@ platforms() {
   fi
 }
 
+# A browser shows the site's tables and code whole.
+site() {
+  needs chromium chromium-driver python3-selenium
+  docs/build.sh
+  /usr/bin/python3 -B tests/readme/site_test.py
+}
+
 # Tests of the program and of the label `long`, among them the page of `fcl_fibers view` in Chromium.
 long() {
   .ci/apt_install.sh chromium chromium-driver python3-selenium python3-pil
@@ -354,6 +361,7 @@ steps=(
   dart
   hair
   vtk
+  site
   long
 )
 
