@@ -63,7 +63,6 @@ void write(const std::string& folder, const std::string& name, const FiberPolyli
 }  // namespace
 
 int main(int argc, char** argv) {
-  // [end]
   const FiberPolylines start = hair(0), end = hair(0.0387);
   std::printf("the gust moves %zu hairs by %.0f radii\n", start.fiberCount(),
               meanMotion(start, end) / start.radius);
@@ -76,7 +75,6 @@ int main(int argc, char** argv) {
   tree.find(Pairs{}, at_end);
   std::printf("pairs that touch at the start: %zu, at the end: %zu\n", at_start.size(),
               at_end.size());
-  // [end]
 
   // [impacts]
   tree.update(fiberArrays(start), fiberArrays(end));

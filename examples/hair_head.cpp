@@ -162,13 +162,13 @@ int main(int argc, char** argv) {
   std::vector<Vec> before = now;
   FiberArrays<double> hair = {&now[0].x, now.size(), point_begin.data(), kHairs, &kRadius};
 
-  // [roots]
   FiberTree tree;
   std::vector<MeshContact> contacts;
   tree.build(hair);
   tree.find(Contacts{hair}, head, contacts);
   std::printf("with roots: %zu contacts\n", contacts.size());
 
+  // [roots]
   const std::vector<std::int32_t> roots = rootSegments(hair, kRootDepth);
   hair.root_segments = roots.data();
   tree.build(hair);

@@ -156,7 +156,7 @@ int main(int argc, char** argv) {
     keepLengths(hair.now);
     // [loop]
 
-    if (step < 240 || step % 20 != 0) continue;
+    if (step < 240 || step % 40 != 0) continue;
     int oldest = 0;
     for (const auto& [pair, age] : ages) oldest = std::max(oldest, age);
     std::printf("step %3d: %3zu pairs touch, the oldest for %2d steps, deepest %.2f mm\n", step,

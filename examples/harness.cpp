@@ -97,14 +97,12 @@ bool keepNearest(Object* segment, Object* link, void* cdata, double& least) {
 }
 // [nearest]
 
-// [way]
 /// Whether p is the better way out of a convex link than q. If the axis of the cable is in the
 /// link, the shortest way out counts, else the nearest triangle.
 bool isBetter(const Contact& p, const Contact& q) {
   if (p.solid != q.solid) return p.solid;
   return p.solid ? p.distance > q.distance : p.distance < q.distance;
 }
-// [way]
 
 /// The best way out for each segment and link that touch.
 std::vector<Contact> waysOut(const std::vector<Contact>& contacts) {

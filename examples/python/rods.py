@@ -62,11 +62,9 @@ def rod_forces(nodes):
 
 def contact_forces(tree, contacts, speeds):
     """Forces of the contacts on the nodes, (n, 3), and their energy."""
-    # [nodes]
     # The ends of a's element and then those of b's, and which part of the contact each takes.
     ends, weights = tree.nodes(contacts)
     normal, depth = contacts["normal"], -contacts["distance"]
-    # [nodes]
 
     # How b moves relative to a at the contact. The normal points from a to b, so that they part if
     # the first number is positive. The dashpot only slows an approach: contacts never pull.
@@ -79,11 +77,9 @@ def contact_forces(tree, contacts, speeds):
     drag = FRICTION * pressure / slip_speed
     on_b = pressure[:, np.newaxis] * normal - drag[:, np.newaxis] * slip
 
-    # [share]
     # Each force is shared between the ends of its element by the lever rule, and the other element
     # takes the same with the opposite sign.
     pushes = tree.accumulate(contacts, on_b)
-    # [share]
     return pushes, CONTACT / 2 * np.sum(depth**2)
 
 
