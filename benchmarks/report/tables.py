@@ -43,7 +43,9 @@ class Table:
         text = io.StringIO()
         rest = [""] * (len(self.header) - 1)
         notes = [[note, *rest] for note in (self.caption, source) if note]
-        csv.writer(text, lineterminator="\n").writerows([self.header, *self.rows, *notes])
+        # A hyphen alone would be the item of a list where the file is shown.
+        rows = [["–" if cell == "-" else cell for cell in row] for row in self.rows]
+        csv.writer(text, lineterminator="\n").writerows([self.header, *rows, *notes])
         return text.getvalue()
 
 
