@@ -5,7 +5,7 @@
 // measure, on one scene where it has any; its results go to a file of Google Benchmark's, of which
 // benchmarks/report makes tables, and benchmarks/run.sh runs what belongs together:
 //
-//   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
+//   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM] [--scalar=double|float]
 //   fcl_fibers_bench --measure=card [SCENE] [--scalar=double|float]
 //   fcl_fibers_bench --measure=arrays|growth [SCENE]
 //   fcl_fibers_bench --measure=threads [SCENE] [--threads=1,2,...] [--runs=N]
@@ -21,18 +21,22 @@
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=WHOM      the paper's
 //   fcl_fibers_bench --measure=replay --scene=SCENE --against=WHOM      the paper's
 //
-// WHOM is headline, full, all, paper, paper_all, or names of contenders, NAME,... Add
-// --benchmark_out=FILE.json and any other flag of Google Benchmark. SCENE is
-// --scene=NAME:key=value,... as `fcl_fibers --help` lists them, or --hair=FILE [--radius=R].
+// WHOM is headline, full, all, fcl, paper, paper_all, or names of contenders, NAME,... Of these,
+// fcl is short: ours, and FCL's fastest trees with the closed form of two capsules. In float, only
+// FCL's managers and ours are measured. Add --benchmark_out=FILE.json and any other flag of Google
+// Benchmark. SCENE is --scene=NAME:key=value,... as `fcl_fibers --help` lists them, or --hair=FILE
+// [--radius=R]. The context of results names the versions of "libraries", those "left_out", the
+// compiler's "flags", and the target of our SIMD in use, "simd": FCL_FIBERS_SIMD=sse4 or avx2
+// restricts it.
 //
 // The results of frames. Every contender first has to show, in a process of its own, that it
 // reports every touching pair, once, before a motion and after it. What is wrong, crashes or
 // refuses is not timed, and neither is what takes longer than --limit seconds in any phase. Runs
 // are in random order.
 //
-//   Tried/...    FCL's dynamic tree and its array form with every tree_init_level, one frame; the
-//                fastest in set-up, update, detection and a frame go on, those of the first two to
-//                that phase only
+//   Tried/...    FCL's dynamic tree and its array form, and coal's, with every tree_init_level,
+//                one frame; the fastest of each library in set-up, update, detection and a frame go
+//                on, those of the first two to that phase only
 //   Checked/...  the check: pairs, touching pairs, bytes, and the seconds of each phase, once; the
 //                label says why a contender is not timed
 //   Frames/...   set_up: construct the manager, register all objects, setup(). Of a frame, after
@@ -40,10 +44,11 @@
 //                FCL's "stock", end points +- radius for FCL's "tight", none for ours) + update();
 //                detection: the query of all pairs, with a callback that counts. Of the paper's
 //                dynamic assembly the sum over --steps. "visited" are pairs before any filter:
-//                Embree visits both orders of a pair, and each object with itself. "boxes" are the
-//                seconds of writing all boxes once, which set_up is without. `_and_test`: detection
-//                with the closed form of two capsules in the callback, on all pairs.
-//                `_and_collide`: fcl::collide on `sampled` pairs `of` those reported, scaled to
+//                Embree visits both orders of a pair, and each object with itself; a grid's are
+//                pairs of boxes in cells next to each other. "boxes" are the seconds of writing all
+//                boxes once, which set_up of FCL's is without. `_and_test`: detection with the
+//                closed form of two capsules in the callback, on all pairs. `_and_collide`:
+//                fcl::collide, or coal::collide, on `sampled` pairs `of` those reported, scaled to
 //                all.
 //   Floor/read   a loop over the objects that reads their transforms and capsules
 //
@@ -51,8 +56,10 @@
 // Checked/... is; whoever is not right is left out of the larger sizes. At the full size there are
 // `Frames/...` too.
 //
-// Of Embree's and Bullet's times, update is reading the boxes from the poses, as our manager does,
-// and what the library does with them.
+// Of the times of Embree, Bullet and the grid, set-up and update read the boxes from the poses, as
+// our manager does. Those of coal write the boxes of its own objects, tight or stock, which take
+// the poses over before that, in no time. coal's trees are set up anew before each update, as FCL's
+// are.
 //
 //   Query/<query>/...     FCL's other queries; answers are the same for all
 //   Objects/<shape>/...   objects that are no fibers
@@ -150,15 +157,19 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <string>
 
 #include <fcl_fibers/benchmark/managers.h>
+#include <hwy/targets.h>
 
+#include "contenders/contender.h"
 #include "harness/command_line.h"
 #include "measures.h"
+#include "simd/dispatch.h"
 #include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
@@ -208,6 +219,15 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
   app.add_option("--out_dir", request.out_dir, "Where pictures are written");
 }
 
+/// The target that ours choose, `avx2`.
+std::string simdInUse() {
+  simd::readEnvironment();
+  for (const std::int64_t target : simd::availableTargets()) {
+    if ((hwy::SupportedTargets() & target) != 0) return simd::targetName(target);
+  }
+  return "unknown";
+}
+
 void addContext(int argc, char** argv, const std::string& measure, const Request& request) {
   const auto told = [](const char* name) {
     const char* const value = std::getenv(name);
@@ -226,9 +246,12 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
   benchmark::AddCustomContext("commit", told("FCL_FIBERS_COMMIT"));
   benchmark::AddCustomContext("code", told("FCL_FIBERS_CODE"));
   benchmark::AddCustomContext("command", command);
+  benchmark::AddCustomContext("flags", FCL_FIBERS_CXX_FLAGS);
+  benchmark::AddCustomContext("libraries", versionsOfLibraries());
   benchmark::AddCustomContext("left_out", missingLibraries());
   benchmark::AddCustomContext("measure", measure);
   benchmark::AddCustomContext("scene", scene);
+  benchmark::AddCustomContext("simd", simdInUse());
   benchmark::AddCustomContext(
       "seed",
       seed == std::string::npos ? "1" : scene.substr(seed + 5, scene.find(',', seed) - seed - 5));

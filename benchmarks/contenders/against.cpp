@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <array>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -9,76 +8,81 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-using Contenders = std::vector<Contender>;
+template <typename S>
+using Contenders = std::vector<BasicContender<S>>;
 
-void add(Contenders& contenders, const Contenders& more) {
+template <typename S>
+void add(Contenders<S>& contenders, const Contenders<S>& more) {
   contenders.insert(contenders.end(), more.begin(), more.end());
 }
 
 /// Those of the pool that a list names.
-Against named(const std::string& list, const Contenders& pool) {
+template <typename S>
+BasicAgainst<S> named(const std::string& list, const Contenders<S>& pool) {
   std::set<std::string> names;
   std::istringstream words(list);
   for (std::string name; std::getline(words, name, ',');) names.insert(name);
-  Against against;
+  BasicAgainst<S> against;
   std::string all;
-  for (const Contender& contender : pool) {
+  for (const BasicContender<S>& contender : pool) {
     if (names.erase(contender.name()) > 0) against.contenders.push_back(contender);
     all += " " + contender.name();
   }
   if (names.empty()) return against;
   throw std::invalid_argument("--against=" + list + ": there is no '" + *names.begin() +
-                              "'; there are headline, full, all, paper, paper_all, and" + all);
+                              "'; there are headline, full, all, fcl, paper, paper_all, and" + all);
 }
 
 }  // namespace
 
-std::vector<Contender> Against::all() const {
-  Contenders found = contenders;
-  for (const Boxes boxes : fcl_trees) add(found, fclTrees(boxes));
+template <typename S>
+Contenders<S> BasicAgainst<S>::all() const {
+  Contenders<S> found = contenders;
+  add(found, tried);
   return found;
 }
 
-Against readAgainst(const std::string& text) {
-  constexpr std::array kBoth = {Boxes::kTight, Boxes::kStock};
+template <typename S>
+BasicAgainst<S> readAgainst(const std::string& text) {
   const std::string paper = "paper:";
-  Against against;
-  if (text == "headline" || text == "full") {
-    const bool all = text == "full";
-    for (const Contender& contender : ourContenders()) {
+  BasicAgainst<S> against;
+  against.tried = allOf<S>({Group::kFclTuned});
+  if (text == "headline" || text == "full" || text == "fcl") {
+    for (const BasicContender<S>& contender : allOf<S>({Group::kOurs})) {
+      const bool is_box_tree = contender.manager == "LayeredAABBTree";
       // It takes minutes on the scenes of `full`.
       if (contender.variant == "super_thread") continue;
-      if (all || contender.manager == "LayeredAABBTree") against.contenders.push_back(contender);
+      if (text == "full" || is_box_tree) against.contenders.push_back(contender);
     }
-    for (const Contender& contender : foreignContenders()) {
-      // A rebuild by surface area takes the longest of Embree's updates.
-      const bool short_enough =
-          contender.manager == "Embree" && contender.variant.find("rebuild") != 0;
-      if (all || short_enough) against.contenders.push_back(contender);
-    }
+    against.quick = true;
+    against.pair_work = {PairWork::kTest};
+    if (text == "fcl") return against;
+    against.pair_work.push_back(PairWork::kCollide);
+    add(against.contenders, allOf<S>({Group::kForeign}));
+    add(against.tried, allOf<S>({Group::kForeignTuned}));
   } else if (text == "all") {
-    add(against.contenders, ourContenders());
-    for (const Boxes boxes : kBoth) add(against.contenders, otherFclManagers(boxes));
+    against.contenders = allOf<S>({Group::kOurs, Group::kFclOthers});
   } else if (text == "paper" || text == "paper_all") {
-    against.contenders = paperTrees();
-    if (text == "paper_all") add(against.contenders, otherFclManagers(Boxes::kTight));
-    against.fcl_trees = {Boxes::kTight};
-    return against;
+    against.contenders = paperTrees<S>();
+    if (text == "paper_all") {
+      add(against.contenders, allOf<S>({Group::kFclOthers}, Boxes::kTight));
+    }
+    against.tried = allOf<S>({Group::kFclTuned}, Boxes::kTight);
   } else {
     const bool is_paper = text.compare(0, paper.size(), paper) == 0;
-    Contenders pool = is_paper ? paperTrees() : ourContenders();
-    for (const Boxes boxes : kBoth) {
-      add(pool, fclTrees(boxes));
-      add(pool, fclManagers(boxes));
-    }
-    add(pool, foreignContenders());
+    Contenders<S> pool = is_paper ? paperTrees<S>() : allOf<S>({Group::kOurs});
+    add(pool, allOf<S>({Group::kFclTuned, Group::kFclTrees, Group::kFclOthers, Group::kForeign,
+                        Group::kForeignTuned}));
     if (!is_paper) return named(text, pool);
     // One more, to which counts are held.
     return named(text.substr(paper.size()) + ",LayeredAABBTree/boxes", pool);
   }
-  against.fcl_trees = {kBoth.begin(), kBoth.end()};
-  against.narrow_phase = against.quick = text != "all";
   return against;
 }
+
+template struct BasicAgainst<float>;
+template struct BasicAgainst<double>;
+template BasicAgainst<float> readAgainst(const std::string&);
+template BasicAgainst<double> readAgainst(const std::string&);
 
 }  // namespace fcl_fibers::benchmarks

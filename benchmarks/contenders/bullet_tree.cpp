@@ -73,8 +73,16 @@ class BulletTree : public ForeignTree {
   std::vector<btDbvtNode*> leaves_;
 };
 
+/// `3.24`
+std::string version() {
+  constexpr int kHundred = 100;
+  return std::to_string(BT_BULLET_VERSION / kHundred) + "." +
+         std::to_string(BT_BULLET_VERSION % kHundred);
+}
+
+const AddLibrary kBullet("Bullet", version(), {foreignContender("Bullet", "refit", [] {
+                           return std::make_unique<BulletTree>();
+                         })});
+
 }  // namespace
-
-std::unique_ptr<ForeignTree> makeBulletTree() { return std::make_unique<BulletTree>(); }
-
 }  // namespace fcl_fibers::benchmarks

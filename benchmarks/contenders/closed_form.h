@@ -13,15 +13,14 @@ template <typename S>
 struct CapsuleAxis {
   fcl::Vector3<S> center, half;
   S radius;
-
-  explicit CapsuleAxis(const fcl::CollisionObject<S>& object) {
-    const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
-    const fcl::Transform3<S>& pose = object.getTransform();
-    center = pose.translation();
-    half = capsule.lz / 2 * pose.linear().col(2);
-    radius = capsule.radius;
-  }
 };
+
+template <typename S>
+CapsuleAxis<S> axisOf(const fcl::CollisionObject<S>& object) {
+  const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
+  const fcl::Transform3<S>& pose = object.getTransform();
+  return {pose.translation(), capsule.lz / 2 * pose.linear().col(2), capsule.radius};
+}
 
 /// Points of two axes.
 template <typename S>
@@ -47,12 +46,18 @@ AxisPoints<S> nearestPoints(const CapsuleAxis<S>& p, const CapsuleAxis<S>& q) {
 }
 
 /// Whether two capsules touch.
+///@{
 template <typename S>
-bool capsulesTouch(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b) {
-  const CapsuleAxis<S> p(a), q(b);
+bool capsulesTouch(const CapsuleAxis<S>& p, const CapsuleAxis<S>& q) {
   const AxisPoints<S> nearest = nearestPoints(p, q);
   const S sum = p.radius + q.radius;
   return (nearest.q - nearest.p).squaredNorm() <= sum * sum;
 }
+
+template <typename S>
+bool capsulesTouch(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b) {
+  return capsulesTouch(axisOf(a), axisOf(b));
+}
+///@}
 
 }  // namespace fcl_fibers::benchmarks

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include <fcl/broadphase/broadphase_SSaP.h>
@@ -20,21 +23,28 @@ namespace {
 
 template <typename S>
 using Objects = std::vector<fcl::CollisionObject<S>*>;
-using Contenders = std::vector<Contender>;
 template <typename S>
 using DynamicTree = fcl::DynamicAABBTreeCollisionManager<S>;
 template <typename S>
 using DynamicTreeArray = fcl::DynamicAABBTreeCollisionManager_Array<S>;
 
+template <typename S>
+using Contenders = std::vector<BasicContender<S>>;
+
 const char* boxesName(Boxes boxes) { return boxes == Boxes::kStock ? "stock" : "tight"; }
 
-template <template <typename> class FiberManager, typename S = double>
-BasicContender<S> ours(const char* manager, const char* variant, Reported reported,
-                       const FiberManagerOptions& options) {
+template <typename Item>
+void append(std::vector<Item>& items, std::vector<Item> more) {
+  std::move(more.begin(), more.end(), std::back_inserter(items));
+}
+
+template <template <typename> class FiberManager, typename S>
+BasicContender<S> ours(Group group, const char* manager, const std::string& variant,
+                       Reported reported, const FiberManagerOptions& options) {
   const auto make = [options](const Objects<S>&) {
     return std::make_unique<FiberManager<S>>(options);
   };
-  return {manager, variant, true, Boxes::kNone, reported, make};
+  return {group, manager, variant, true, Boxes::kNone, reported, make};
 }
 
 template <typename S>
@@ -42,36 +52,81 @@ using BoxTree = LayeredAABBTreeCollisionManager<S>;
 template <typename S>
 using SphereTree = WrappedSphereTreeCollisionManager<S>;
 
+/// Both trees with these options, named alike or by what they report.
+template <typename S>
+Contenders<S> bothTrees(Group group, const FiberManagerOptions& options, const std::string& name) {
+  const bool capsules = options.report == Report::kCapsules;
+  const auto reported = [capsules](Reported volumes) {
+    return capsules ? Reported::kTouching : volumes;
+  };
+  return {ours<BoxTree, S>(group, "LayeredAABBTree", name.empty() ? "boxes" : name,
+                           reported(Reported::kTightBoxes), options),
+          ours<SphereTree, S>(group, "WrappedSphereTree", name.empty() ? "spheres" : name,
+                              reported(Reported::kSpheres), options)};
+}
+
 /// Our trees with these options and other topologies and reports.
-Contenders ourTrees(FiberManagerOptions options) {
+template <typename S>
+Contenders<S> ourTrees(const FiberManagerOptions& options) {
   FiberManagerOptions capsules = options, super_thread = options;
   capsules.report = Report::kCapsules;
   super_thread.topology = Topology::kSuperThread;
-  return {ours<BoxTree>("LayeredAABBTree", "boxes", Reported::kTightBoxes, options),
-          ours<BoxTree>("LayeredAABBTree", "capsules", Reported::kTouching, capsules),
-          ours<BoxTree>("LayeredAABBTree", "super_thread", Reported::kTightBoxes, super_thread),
-          ours<SphereTree>("WrappedSphereTree", "spheres", Reported::kSpheres, options),
-          ours<SphereTree>("WrappedSphereTree", "capsules", Reported::kTouching, capsules),
-          ours<SphereTree>("WrappedSphereTree", "super_thread", Reported::kSpheres, super_thread)};
+  Contenders<S> trees = bothTrees<S>(Group::kOurs, options, "");
+  append(trees, bothTrees<S>(Group::kOurs, capsules, "capsules"));
+  append(trees, bothTrees<S>(Group::kOurs, super_thread, "super_thread"));
+  return trees;
 }
 
+/// LayeredAABBTree/{boxes,capsules,super_thread}, the first two on 2 threads too, and
+/// WrappedSphereTree/{spheres,capsules,super_thread}; objects are registered without their fibers.
+template <typename S>
+Contenders<S> ourContenders() {
+  Contenders<S> found = ourTrees<S>({});
+  FiberManagerOptions two;
+  two.threads = 2;
+  for (BasicContender<S>& contender : ourTrees<S>(two)) {
+    if (contender.manager != "LayeredAABBTree" || contender.variant == "super_thread") continue;
+    contender.variant += "_2_threads";
+    found.push_back(std::move(contender));
+  }
+  return found;
+}
+
+template <typename S>
+Contenders<S> published() {
+  FiberManagerOptions published, bundles;
+  published.topology = Topology::kSuperThread;
+  bundles.topology = Topology::kBundle;
+  Contenders<S> found = bothTrees<S>(Group::kPublished, published, "published");
+  append(found, bothTrees<S>(Group::kPublished, bundles, "bundles"));
+  return found;
+}
+
+/// @param level  the tree_init_level
 template <typename FclManager, typename S>
-BasicContender<S> fclManager(const char* manager, Boxes boxes) {
-  const auto make = [](const Objects<S>&) { return std::make_unique<FclManager>(); };
-  return {manager, boxesName(boxes), false, boxes, Reported::kTouchingAtLeast, make, false, true};
+BasicContender<S> fclManager(Group group, const char* manager, Boxes boxes, int level = -1) {
+  const auto make = [level](const Objects<S>&) {
+    auto made = std::make_unique<FclManager>();
+    if constexpr (std::is_base_of_v<DynamicTree<S>, FclManager> ||
+                  std::is_base_of_v<DynamicTreeArray<S>, FclManager>) {
+      if (level >= 0) made->tree_init_level = level;
+    } else {
+      static_cast<void>(level);
+    }
+    return made;
+  };
+  const std::string variant = level < 0 ? "" : "_level_" + std::to_string(level);
+  // Our box tree is held to do the work of FCL's own trees on tight boxes.
+  const bool is_reference = boxes == Boxes::kTight && group != Group::kFclOthers;
+  const auto reported = is_reference ? Reported::kTightBoxes : Reported::kTouchingAtLeast;
+  return {group, manager, boxesName(boxes) + variant, false, boxes, reported, make, true};
 }
 
-template <typename FclTree>
-Contender fclTree(const char* manager, Boxes boxes, int level) {
-  const auto make = [level](const Objects<double>&) {
-    auto tree = std::make_unique<FclTree>();
-    tree->tree_init_level = level;
-    return tree;
-  };
-  // What the box tree is held to.
-  const auto reported = boxes == Boxes::kTight ? Reported::kTightBoxes : Reported::kTouchingAtLeast;
-  const std::string variant = boxesName(boxes) + ("_level_" + std::to_string(level));
-  return {manager, variant, false, boxes, reported, make, false, true};
+/// The dynamic tree and its array form.
+template <typename S>
+Contenders<S> fclTrees(Group group, Boxes boxes, int level = -1) {
+  return {fclManager<DynamicTree<S>, S>(group, "DynamicAABBTree", boxes, level),
+          fclManager<DynamicTreeArray<S>, S>(group, "DynamicAABBTree_Array", boxes, level)};
 }
 
 // FCL's hash wants to be told what it is for. Cells of 1.5 times the mean box edge: half or twice
@@ -92,6 +147,24 @@ std::unique_ptr<BasicManager<S>> makeSpatialHashing(const Objects<S>& objects) {
   return std::make_unique<fcl::SpatialHashingCollisionManager<S>>(
       static_cast<S>(1.5 * mean_edge), bounds.min_ - spare, bounds.max_ + spare,
       static_cast<unsigned int>(objects.size()));
+}
+
+template <typename S>
+Contenders<S> fclManagers(Group group, Boxes boxes) {
+  Contenders<S> found;
+  if (group == Group::kFclTrees) return fclTrees<S>(group, boxes);
+  if (group == Group::kFclTuned) {
+    for (const int level : {0, 1, 2, 3}) append(found, fclTrees<S>(group, boxes, level));
+  }
+  if (group == Group::kFclOthers) {
+    return {fclManager<fcl::SaPCollisionManager<S>, S>(group, "SaP", boxes),
+            fclManager<fcl::SSaPCollisionManager<S>, S>(group, "SSaP", boxes),
+            fclManager<fcl::IntervalTreeCollisionManager<S>, S>(group, "IntervalTree", boxes),
+            {group, "SpatialHashing", boxesName(boxes), false, boxes, Reported::kTouchingAtLeast,
+             makeSpatialHashing<S>, true},
+            fclManager<fcl::NaiveCollisionManager<S>, S>(group, "Naive", boxes)};
+  }
+  return found;
 }
 
 }  // namespace
@@ -124,83 +197,63 @@ std::unique_ptr<BasicManager<S>> BasicContender<S>::setUp(
   return result;
 }
 
-std::vector<Contender> ourContenders() {
-  Contenders contenders = ourTrees({});
-  FiberManagerOptions two;
-  two.threads = 2;
-  for (Contender& contender : ourTrees(two)) {
-    if (contender.manager != "LayeredAABBTree" || contender.variant == "super_thread") continue;
-    contender.variant += "_2_threads";
-    contenders.push_back(std::move(contender));
-  }
-  return contenders;
-}
-
-std::vector<Contender> paperTrees() {
-  FiberManagerOptions options;
-  options.ignored_neighbors = 1;
-  Contenders contenders = ourTrees(options);
-  for (Contender& contender : contenders) contender.leaves_out_adjacent = true;
-  return contenders;
-}
-
-std::vector<Contender> fclTrees(Boxes boxes) {
-  Contenders contenders;
-  for (const int level : {0, 1, 2, 3}) {
-    contenders.push_back(fclTree<DynamicTree<double>>("DynamicAABBTree", boxes, level));
-    contenders.push_back(fclTree<DynamicTreeArray<double>>("DynamicAABBTree_Array", boxes, level));
-  }
-  return contenders;
+template <typename S>
+void BasicContender<S>::setPoses(BasicMovingFibers<S>& fibers, int frame) const {
+  fibers.setPoses(frame);
+  if (follow) follow(fibers.objects());
 }
 
 template <typename S>
-std::vector<BasicContender<S>> fclManagers(Boxes boxes) {
-  std::vector<BasicContender<S>> contenders = {
-      fclManager<DynamicTree<S>, S>("DynamicAABBTree", boxes),
-      fclManager<DynamicTreeArray<S>, S>("DynamicAABBTree_Array", boxes),
-      fclManager<fcl::SaPCollisionManager<S>, S>("SaP", boxes),
-      fclManager<fcl::SSaPCollisionManager<S>, S>("SSaP", boxes),
-      fclManager<fcl::IntervalTreeCollisionManager<S>, S>("IntervalTree", boxes),
-      {"SpatialHashing", boxesName(boxes), false, boxes, Reported::kTouchingAtLeast,
-       makeSpatialHashing<S>, false, true},
-      fclManager<fcl::NaiveCollisionManager<S>, S>("Naive", boxes)};
-  // Our box tree is held to do the work of FCL's own tree on tight boxes.
-  if (boxes == Boxes::kTight) contenders.front().reported = Reported::kTightBoxes;
-  return contenders;
-}
-
-Contenders otherFclManagers(Boxes boxes) {
-  Contenders contenders = fclManagers(boxes);
-  contenders.erase(contenders.begin(), contenders.begin() + 2);  // the dynamic tree's two forms
-  return contenders;
+void BasicContender<S>::bringTo(BasicMovingFibers<S>& fibers, int frame) const {
+  fibers.bringTo(frame, boxes);
+  if (follow) follow(fibers.objects());
 }
 
 template <typename S>
-std::vector<BasicContender<S>> cardContenders() {
-  std::vector<BasicContender<S>> contenders;
-  for (const Boxes boxes : {Boxes::kTight, Boxes::kStock}) {
-    for (BasicContender<S>& contender : fclManagers<S>(boxes)) {
-      contenders.push_back(std::move(contender));
+Contenders<S> allOf(std::initializer_list<Group> groups, std::optional<Boxes> boxes) {
+  Contenders<S> found;
+  for (const Group group : groups) {
+    if (group == Group::kOurs) append(found, ourContenders<S>());
+    if (group == Group::kPublished) append(found, published<S>());
+    if constexpr (std::is_same_v<S, double>) {
+      for (const Contender& contender : foreignContenders()) {
+        if (contender.group == group) found.push_back(contender);
+      }
+    }
+    for (const Boxes either : {Boxes::kTight, Boxes::kStock}) {
+      if (either == boxes.value_or(either)) append(found, fclManagers<S>(group, either));
     }
   }
-  for (const Topology topology : {Topology::kSuperThread, Topology::kBundle}) {
-    FiberManagerOptions options;
-    options.topology = topology;
-    const char* const variant = topology == Topology::kBundle ? "bundles" : "published";
-    contenders.push_back(
-        ours<BoxTree, S>("LayeredAABBTree", variant, Reported::kTightBoxes, options));
-    contenders.push_back(
-        ours<SphereTree, S>("WrappedSphereTree", variant, Reported::kSpheres, options));
+  return found;
+}
+
+Contender ourContender(const std::string& name) {
+  for (const Contender& contender : allOf({Group::kOurs})) {
+    if (contender.name() == name) return contender;
   }
-  return contenders;
+  throw std::out_of_range("none of ours is " + name);
+}
+
+template <typename S>
+Contenders<S> paperTrees() {
+  FiberManagerOptions options;
+  options.ignored_neighbors = 1;
+  Contenders<S> trees = ourTrees<S>(options);
+  for (BasicContender<S>& contender : trees) contender.leaves_out_adjacent = true;
+  return trees;
+}
+
+std::vector<Contender>& foreignContenders() {
+  static std::vector<Contender> all;
+  return all;
 }
 
 template struct BasicContender<float>;
 template struct BasicContender<double>;
-template std::vector<BasicContender<float>> fclManagers(Boxes boxes);
-template std::vector<BasicContender<double>> fclManagers(Boxes boxes);
-template std::vector<BasicContender<float>> cardContenders();
-template std::vector<BasicContender<double>> cardContenders();
+template Contenders<float> allOf(std::initializer_list<Group>, std::optional<Boxes>);
+template Contenders<double> allOf(std::initializer_list<Group>, std::optional<Boxes>);
+template Contenders<float> paperTrees();
+template Contenders<double> paperTrees();
 
 const char* phaseName(Phase phase) {
   constexpr std::array kNames = {"set_up", "update", "detection"};

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Embree has three ways to follow a motion. A rebuild by surface area is its default. With the
-// scene's quality low, it keeps a tree for each geometry, which it rebuilds by Morton codes, at a
-// quarter of the time, or refits. A refit without the low quality is none: it costs a rebuild.
+// Embree has three ways to follow a motion. A rebuild by surface area is its default, for which the
+// higher qualities are one. With the scene's quality low, it keeps a tree for each geometry, which
+// it rebuilds by Morton codes, at a quarter of the time, or refits. A refit without the low quality
+// or without the flag "dynamic" is none: it costs a rebuild, which that flag makes slower.
 //
 // rtcCollide calls back for pairs of leaves, in both orders and for an object with itself. Its
 // rebuilt trees have one box to a leaf, so that these are the pairs that overlap. A tree to be
 // refitted has several and no test of their boxes, so that we test them.
+#if FCL_FIBERS_WITH_EMBREE == 4
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <atomic>
 #include <mutex>
@@ -55,25 +60,47 @@ void forEachBlock(const Scene& a, const Scene& b, Block&& block) {
       &block);
 }
 
-/// @param boxes  borrowed, and read again at each commit
-void setBoxes(RTCGeometry geometry, const std::vector<FloatBox>& boxes) {
-  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned int>(boxes.size()));
-  rtcSetGeometryUserData(geometry, const_cast<std::vector<FloatBox>*>(&boxes));
+FloatBox boxOf(const FloatBox& box) { return box; }
+FloatBox boxOf(Object* object) {
+  return floatBox(static_cast<const CapsuleObject*>(object)->tightBox());
+}
+
+/// @param items  boxes, or objects that have them; borrowed, and read again at each commit
+template <typename Item>
+void setBoxes(RTCGeometry geometry, const std::vector<Item>& items) {
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned int>(items.size()));
+  rtcSetGeometryUserData(geometry, const_cast<std::vector<Item>*>(&items));
   const auto bounds = [](const RTCBoundsFunctionArguments* arguments) {
-    const auto& all = *static_cast<const std::vector<FloatBox>*>(arguments->geometryUserPtr);
-    const FloatBox& box = all[arguments->primID];
+    const auto& all = *static_cast<const std::vector<Item>*>(arguments->geometryUserPtr);
+    const FloatBox box = boxOf(all[arguments->primID]);
     *arguments->bounds_o = {box.least[0],    box.least[1],    box.least[2],    0,
                             box.greatest[0], box.greatest[1], box.greatest[2], 0};
   };
   rtcSetGeometryBoundsFunction(geometry, bounds, nullptr);
 }
 
+/// A way to follow a motion, at its best on the scenes of the headline.
+struct EmbreeWay {
+  const char* name;
+  RTCBuildQuality scene, geometry;
+  bool is_dynamic;
+  /// Whether Embree's builder asks for boxes that are read from the poses right then. By Morton
+  /// codes and in a refit it asks for each several times.
+  bool reads_poses;
+};
+
+constexpr EmbreeWay kWays[] = {
+    {"rebuild", RTC_BUILD_QUALITY_MEDIUM, RTC_BUILD_QUALITY_MEDIUM, false, true},
+    {"morton", RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_LOW, true, false},
+    {"refit", RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_REFIT, true, false}};
+
 class EmbreeTree : public ForeignTree {
  public:
-  EmbreeTree(EmbreeUpdate update, int threads)
+  EmbreeTree(const EmbreeWay& way, int threads)
       : ForeignTree(threads),
+        way_(way),
         threads_(threads),
-        leaves_are_boxes_(update != EmbreeUpdate::kRefit),
+        leaves_are_boxes_(way.geometry != RTC_BUILD_QUALITY_REFIT),
         device_(newDevice(threads)),
         scene_(rtcNewScene(device_.get()), rtcReleaseScene),
         geometry_(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER), rtcReleaseGeometry) {
@@ -85,24 +112,25 @@ class EmbreeTree : public ForeignTree {
           return true;
         },
         bytes_.get());
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
-    if (update == EmbreeUpdate::kRebuild) return;
-    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
-    rtcSetGeometryBuildQuality(geometry_.get(), update == EmbreeUpdate::kRefit
-                                                    ? RTC_BUILD_QUALITY_REFIT
-                                                    : RTC_BUILD_QUALITY_LOW);
+    if (way.is_dynamic) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneBuildQuality(scene_.get(), way.scene);
+    rtcSetGeometryBuildQuality(geometry_.get(), way.geometry);
   }
 
   void setup() override {
-    readBoxes();
-    setBoxes(geometry_.get(), boxes());
+    if (way_.reads_poses) {
+      setBoxes(geometry_.get(), objects());
+    } else {
+      readBoxes();
+      setBoxes(geometry_.get(), boxes());
+    }
     rtcCommitGeometry(geometry_.get());
     rtcAttachGeometry(scene_.get(), geometry_.get());
     commit(device_.get(), scene_.get());
   }
 
   void update() override {
-    readBoxes();
+    if (!way_.reads_poses) readBoxes();
     rtcCommitGeometry(geometry_.get());
     commit(device_.get(), scene_.get());
   }
@@ -154,6 +182,7 @@ class EmbreeTree : public ForeignTree {
     return pairs;
   }
 
+  EmbreeWay way_;
   int threads_;
   bool leaves_are_boxes_;
   // Outlives the device, which still frees memory when it is released.
@@ -207,6 +236,21 @@ class EmbreeBoxes : public BoxTree {
   Geometry geometry_;
 };
 
+std::vector<Contender> embreeTrees() {
+  std::vector<Contender> trees;
+  for (const int threads : {1, 2}) {
+    for (const EmbreeWay& way : kWays) {
+      const std::string variant = std::string(way.name) + (threads == 1 ? "" : "_2_threads");
+      trees.push_back(foreignContender("Embree", variant, [&way, threads] {
+        return std::make_unique<EmbreeTree>(way, threads);
+      }));
+    }
+  }
+  return trees;
+}
+
+const AddLibrary kEmbree("Embree", RTC_VERSION_STRING, embreeTrees());
+
 }  // namespace
 
 std::unique_ptr<BoxTree> makeEmbreeBoxes(bool morton) {
@@ -221,10 +265,6 @@ std::function<std::size_t()> embreeOverlaps(std::vector<FloatBox> a, std::vector
   tree->update(std::move(a));
   other->update(std::move(b));
   return [=] { return tree->countOverlaps(*other); };
-}
-
-std::unique_ptr<ForeignTree> makeEmbreeTree(EmbreeUpdate update, int threads) {
-  return std::make_unique<EmbreeTree>(update, threads);
 }
 
 }  // namespace fcl_fibers::benchmarks

@@ -3,8 +3,14 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
+
+#include <fcl/config.h>
+
+#include "contenders/closed_form.h"
+#include "contenders/narrow_phase.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -16,6 +22,12 @@ float below(double x) {
 }
 
 float above(double x) { return -below(-x); }
+
+/// By the names of libraries.
+std::map<std::string, std::string>& versions() {
+  static std::map<std::string, std::string> all;
+  return all;
+}
 
 }  // namespace
 
@@ -41,39 +53,37 @@ void ForeignTree::readBoxes() {
       });
 }
 
-std::vector<Contender> foreignContenders() {
-  std::vector<Contender> contenders;
-  // Without any of the libraries, it has no use.
-  [[maybe_unused]] const auto add = [&](const char* library, const std::string& variant,
-                                        auto makeTree) {
-    const auto make = [makeTree](const std::vector<Object*>&) { return makeTree(); };
-    contenders.push_back({library, variant, false, Boxes::kNone, Reported::kTouchingAtLeast, make});
-  };
-#ifdef FCL_FIBERS_WITH_EMBREE
-  for (const int threads : {1, 2}) {
-    const std::string suffix = threads == 1 ? "" : "_2_threads";
-    const auto addWay = [&](const char* name, EmbreeUpdate update) {
-      add("Embree", name + suffix, [=] { return makeEmbreeTree(update, threads); });
-    };
-    addWay("rebuild", EmbreeUpdate::kRebuild);
-    addWay("morton", EmbreeUpdate::kRebuildMorton);
-    addWay("refit", EmbreeUpdate::kRefit);
-  }
-#endif
-#ifdef FCL_FIBERS_WITH_BULLET
-  add("Bullet", "refit", makeBulletTree);
-#endif
-  return contenders;
+std::size_t ForeignTree::countTouching() const {
+  std::size_t count = 0;
+  collide(&count, [](Object* a, Object* b, void* data) {
+    *static_cast<std::size_t*>(data) += capsulesTouch(*a, *b);
+    return false;
+  });
+  return count;
+}
+
+NarrowPhase ForeignTree::collideSome(const std::vector<std::pair<Object*, Object*>>& pairs) const {
+  return collidePairs<double>(pairs);
+}
+
+AddLibrary::AddLibrary(const std::string& library, const std::string& version,
+                       const std::vector<Contender>& contenders) {
+  if (!version.empty()) versions().emplace(library, version);
+  for (const Contender& contender : contenders) foreignContenders().push_back(contender);
+}
+
+std::string versionsOfLibraries() {
+  std::string text = "FCL " FCL_VERSION;
+  for (const auto& [library, version] : versions()) text += ", " + library + " " + version;
+  return text;
 }
 
 std::string missingLibraries() {
   std::string missing;
-#ifndef FCL_FIBERS_WITH_EMBREE
-  missing = "Embree";
-#endif
-#ifndef FCL_FIBERS_WITH_BULLET
-  missing += missing.empty() ? "Bullet" : ", Bullet";
-#endif
+  for (const char* const library : {"Embree", "Bullet", "coal"}) {
+    if (versions().count(library) == 0)
+      missing += (missing.empty() ? "" : ", ") + std::string(library);
+  }
   return missing;
 }
 

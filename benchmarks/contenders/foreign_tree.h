@@ -6,6 +6,8 @@
 #include <functional>
 #include <memory>
 #include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "contenders/contender.h"
@@ -56,6 +58,12 @@ class ForeignTree : public Manager, public ForeignManager {
   void distance(void*, fcl::DistanceCallBack<double>) const override { refuse(); }
   void distance(Manager*, void*, fcl::DistanceCallBack<double>) const override { refuse(); }
 
+  /// Of FCL's objects, by default.
+  ///@{
+  std::size_t countTouching() const override;
+  NarrowPhase collideSome(const std::vector<std::pair<Object*, Object*>>& pairs) const override;
+  ///@}
+
  protected:
   /// Reads the tight boxes from the poses, as our manager does.
   void readBoxes();
@@ -67,6 +75,8 @@ class ForeignTree : public Manager, public ForeignManager {
 
   const std::vector<FloatBox>& boxes() const { return boxes_; }
   Object* object(std::size_t i) const { return objects_[i]; }
+  const std::vector<Object*>& objects() const { return objects_; }
+  parallel::Executor* executor() const { return executor_.get(); }
 
  private:
   [[noreturn]] static void refuse() {
@@ -78,10 +88,27 @@ class ForeignTree : public Manager, public ForeignManager {
   std::unique_ptr<parallel::Executor> executor_;
 };
 
-#ifdef FCL_FIBERS_WITH_EMBREE
-enum class EmbreeUpdate { kRebuild, kRebuildMorton, kRefit };
-std::unique_ptr<ForeignTree> makeEmbreeTree(EmbreeUpdate update, int threads);
+/// Makes a contender of a tree that reads poses.
+/// @param make  returns it as a std::unique_ptr
+template <typename Make>
+Contender foreignContender(const char* library, const std::string& variant, Make make) {
+  return {Group::kForeign,
+          library,
+          variant,
+          false,
+          Boxes::kNone,
+          Reported::kTouchingAtLeast,
+          [make](const std::vector<Object*>&) { return make(); }};
+}
 
+/// Adds to foreignContenders() before main().
+struct AddLibrary {
+  /// @param version  nothing if it is no library, but written here
+  AddLibrary(const std::string& library, const std::string& version,
+             const std::vector<Contender>& contenders);
+};
+
+#ifdef FCL_FIBERS_WITH_EMBREE
 /// A tree over boxes alone, on one thread.
 class BoxTree {
  public:
@@ -103,9 +130,6 @@ std::unique_ptr<BoxTree> makeEmbreeBoxes(bool morton);
 /// @param morton  by Morton codes; otherwise by surface area
 std::function<std::size_t()> embreeOverlaps(std::vector<FloatBox> a, std::vector<FloatBox> b,
                                             bool morton);
-#endif
-#ifdef FCL_FIBERS_WITH_BULLET
-std::unique_ptr<ForeignTree> makeBulletTree();
 #endif
 
 }  // namespace fcl_fibers::benchmarks

@@ -2,6 +2,7 @@
 #include "contenders/narrow_phase.h"
 
 #include <algorithm>
+#include <type_traits>
 
 #include <fcl/narrowphase/collision.h>
 
@@ -10,13 +11,14 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
+template <typename S>
 struct Sampler {
   static constexpr std::size_t kBlock = 500;
 
   std::size_t stride;  ///< in blocks
-  PairSample sample = {};
+  PairSample<S> sample = {};
 
-  static bool callback(Object* a, Object* b, void* data) {
+  static bool callback(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b, void* data) {
     auto& self = *static_cast<Sampler*>(data);
     if (self.sample.of++ / kBlock % self.stride == 0) self.sample.pairs.emplace_back(a, b);
     return false;
@@ -25,32 +27,49 @@ struct Sampler {
 
 }  // namespace
 
-PairSample samplePairs(const Manager& manager, std::size_t reported, std::size_t size) {
+template <typename S>
+PairSample<S> samplePairs(const BasicManager<S>& manager, std::size_t reported, std::size_t size) {
   // Fewer blocks than these say little of a scene whose parts differ.
-  constexpr std::size_t kLeastBlocks = 20;
-  const std::size_t blocks = std::max(kLeastBlocks, size / Sampler::kBlock);
-  Sampler sampler{std::max<std::size_t>(1, reported / Sampler::kBlock / blocks)};
-  manager.collide(&sampler, Sampler::callback);
+  constexpr std::size_t kLeastBlocks = 20, kBlock = Sampler<S>::kBlock;
+  const std::size_t blocks = std::max(kLeastBlocks, size / kBlock);
+  Sampler<S> sampler{std::max<std::size_t>(1, reported / kBlock / blocks)};
+  manager.collide(&sampler, Sampler<S>::callback);
   return std::move(sampler.sample);
 }
 
-NarrowPhase collide(const PairSample& sample) {
-  if (sample.pairs.empty()) return {};
+template <typename S>
+NarrowPhase collidePairs(const ObjectPairs<S>& pairs) {
   std::size_t touching = 0;
   const double taken = seconds([&] {
-    const fcl::CollisionRequestd request;
-    for (const auto& [a, b] : sample.pairs) {
-      fcl::CollisionResultd result;
+    const fcl::CollisionRequest<S> request;
+    for (const auto& [a, b] : pairs) {
+      fcl::CollisionResult<S> result;
       fcl::collide(a, b, request, result);
       if (result.isCollision()) ++touching;
     }
   });
+  return {taken, static_cast<double>(touching)};
+}
+
+template <typename S>
+NarrowPhase collide(const BasicManager<S>& manager, const PairSample<S>& sample) {
+  if (sample.pairs.empty()) return {};
+  NarrowPhase found;
+  if constexpr (std::is_same_v<S, double>) {
+    const auto* const foreign = dynamic_cast<const ForeignManager*>(&manager);
+    found = foreign != nullptr ? foreign->collideSome(sample.pairs) : collidePairs<S>(sample.pairs);
+  } else {
+    found = collidePairs<S>(sample.pairs);
+  }
   const double scale = static_cast<double>(sample.of) / static_cast<double>(sample.pairs.size());
-  return {scale * taken, scale * static_cast<double>(touching)};
+  return {scale * found.seconds, scale * found.touching};
 }
 
 template <typename S>
 std::size_t countTouching(const BasicManager<S>& manager) {
+  if (const auto* const foreign = dynamic_cast<const ForeignManager*>(&manager)) {
+    return foreign->countTouching();
+  }
   std::size_t count = 0;
   manager.collide(&count, [](auto* a, auto* b, void* data) {
     *static_cast<std::size_t*>(data) += capsulesTouch(*a, *b);
@@ -59,7 +78,12 @@ std::size_t countTouching(const BasicManager<S>& manager) {
   return count;
 }
 
-template std::size_t countTouching(const BasicManager<float>&);
-template std::size_t countTouching(const BasicManager<double>&);
+#define FCL_FIBERS_NARROW_PHASE(S)                                                      \
+  template PairSample<S> samplePairs(const BasicManager<S>&, std::size_t, std::size_t); \
+  template NarrowPhase collidePairs<S>(const ObjectPairs<S>&);                          \
+  template NarrowPhase collide(const BasicManager<S>&, const PairSample<S>&);           \
+  template std::size_t countTouching(const BasicManager<S>&);
+FCL_FIBERS_NARROW_PHASE(float)
+FCL_FIBERS_NARROW_PHASE(double)
 
 }  // namespace fcl_fibers::benchmarks

@@ -9,23 +9,28 @@
 
 namespace fcl_fibers::benchmarks {
 
+template <typename S>
+using ObjectPairs = std::vector<std::pair<fcl::CollisionObject<S>*, fcl::CollisionObject<S>*>>;
+
 /// Pairs of a self-collision query, or blocks of them that are evenly spread.
+template <typename S>
 struct PairSample {
-  std::vector<std::pair<Object*, Object*>> pairs;
+  ObjectPairs<S> pairs;
   std::size_t of = 0;  ///< that the query reports
 };
 
 /// About `size` of the `reported` pairs, or all. Blocks, for the objects of pairs that follow each
 /// other are in the cache.
-PairSample samplePairs(const Manager& manager, std::size_t reported, std::size_t size);
+template <typename S>
+PairSample<S> samplePairs(const BasicManager<S>& manager, std::size_t reported, std::size_t size);
 
-struct NarrowPhase {
-  double seconds = 0;
-  double touching = 0;
-};
+/// Calls fcl::collide on these pairs.
+template <typename S>
+NarrowPhase collidePairs(const ObjectPairs<S>& pairs);
 
-/// Calls fcl::collide on the sample, and scales to all pairs.
-NarrowPhase collide(const PairSample& sample);
+/// Calls the narrow phase of the manager's library on the sample, and scales to all pairs.
+template <typename S>
+NarrowPhase collide(const BasicManager<S>& manager, const PairSample<S>& sample);
 
 /// Self-collision with a callback that counts capsulesTouch(), as a careful user writes it.
 template <typename S>

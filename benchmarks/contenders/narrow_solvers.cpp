@@ -112,7 +112,7 @@ struct ClosedForm {
 
   NarrowAnswer operator()(const ObjectOf<S>& a, const ObjectOf<S>& b) const {
     if (!with_contact) return {capsulesTouch(a, b)};
-    const CapsuleAxis<S> p(a), q(b);
+    const CapsuleAxis<S> p = axisOf(a), q = axisOf(b);
     const AxisPoints<S> nearest = nearestPoints(p, q);
     const fcl::Vector3<S> apart = nearest.q - nearest.p;
     const S squared = apart.squaredNorm(), reach = p.radius + q.radius;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
-#include <type_traits>
 #include <utility>
 
 namespace fcl_fibers::benchmarks {
@@ -136,10 +135,10 @@ bool BasicFrameRuns<S>::does(PairWork work) const {
 template <typename S>
 void BasicFrameRuns<S>::run() {
   BasicMovingFibers<S>& fibers = motion_.fibers;
-  fibers.setPoses(0);
+  contender_.setPoses(fibers, 0);
   // A program writes its boxes before it hands its objects to a manager.
   const double boxes_seconds = seconds([&] { fibers.computeBoxes(contender_.boxes); });
-  fibers.bringTo(0, contender_.boxes);
+  contender_.bringTo(fibers, 0);
   std::unique_ptr<BasicManager<S>> manager;
   const double set_up = seconds([&] { manager = contender_.setUp(fibers); });
   double update_seconds = 0, detection_seconds = 0, test_seconds = 0;
@@ -156,7 +155,7 @@ void BasicFrameRuns<S>::run() {
       manager = contender_.setUp(fibers);
     }
     is_new = false;
-    fibers.setPoses(frame);
+    contender_.setPoses(fibers, frame);
     update_seconds += seconds([&] { update(contender_, fibers, *manager); });
     if (last_ != Phase::kDetection) continue;
     const auto test = [&] {
@@ -175,13 +174,11 @@ void BasicFrameRuns<S>::run() {
     count.pairs += found.pairs;
     count.visited += found.visited;
     if (!is_test_first_) test();
-    if constexpr (std::is_same_v<S, double>) {
-      if (!does(PairWork::kCollide)) continue;
-      const PairSample& sample = sampleOf(frame, *manager);
-      const NarrowPhase more = collide(sample);
-      narrow = {narrow.seconds + more.seconds, narrow.touching + more.touching};
-      sampled += sample.pairs.size();
-    }
+    if (!does(PairWork::kCollide)) continue;
+    const PairSample<S>& sample = sampleOf(frame, *manager);
+    const NarrowPhase more = collide(*manager, sample);
+    narrow = {narrow.seconds + more.seconds, narrow.touching + more.touching};
+    sampled += sample.pairs.size();
   }
 
   // A sum over all frames, or the mean of the two that take turns.
@@ -212,9 +209,9 @@ void BasicFrameRuns<S>::run() {
   }
 }
 
-/// A query by itself, which takes longer than fcl::collide on the sample: it is done once.
+/// A query by itself, which takes longer than a narrow phase on the sample: it is done once.
 template <typename S>
-const PairSample& BasicFrameRuns<S>::sampleOf(int frame, const Manager& manager) {
+const PairSample<S>& BasicFrameRuns<S>::sampleOf(int frame, const BasicManager<S>& manager) {
   const auto [known, is_new] = samples_.try_emplace(frame);
   if (is_new) {
     const std::size_t frames = std::max<std::size_t>(frames_.size(), 1);

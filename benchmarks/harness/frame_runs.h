@@ -22,13 +22,6 @@ template <typename S>
 void registerChecked(const BasicContender<S>& contender, const Preflight& checked,
                      const BasicMovingFibers<S>& fibers, const std::string& name = "");
 
-/// What a frame does with the pairs that a manager reports.
-enum class PairWork {
-  kCount,    ///< nothing else
-  kTest,     ///< the closed-form test of two capsules, in the manager's callback
-  kCollide,  ///< fcl::collide on them, or on a sample of them; double alone
-};
-
 /// One contender, whose runs are set-up and then frame by frame motion, update and detection. FCL's
 /// are set up anew before each update.
 template <typename S>
@@ -58,7 +51,7 @@ class BasicFrameRuns {
   void registerEntry(const std::string& name, int runs, PairWork work,
                      std::function<double(const Numbers&)> seconds);
   void run();
-  const PairSample& sampleOf(int frame, const Manager& manager);
+  const PairSample<S>& sampleOf(int frame, const BasicManager<S>& manager);
   void notePairs(int frame, std::size_t pairs);
   void checkTouching(int frame, std::size_t touching) const;
   int runCount() const;
@@ -68,9 +61,9 @@ class BasicFrameRuns {
   const Preflight& checked_;
   BasicMotion<S>& motion_;
   Phase last_;
-  std::vector<int> frames_;            ///< that a run goes through, after frame 0
-  std::map<int, std::size_t> pairs_;   ///< by frame
-  std::map<int, PairSample> samples_;  ///< by frame, for fcl::collide
+  std::vector<int> frames_;               ///< that a run goes through, after frame 0
+  std::map<int, std::size_t> pairs_;      ///< by frame
+  std::map<int, PairSample<S>> samples_;  ///< by frame, for PairWork::kCollide
   std::deque<Entry> entries_;
   bool is_test_first_ = false;  ///< in a frame with PairWork::kTest, in every second one
 };

@@ -191,7 +191,7 @@ struct Run {
   Trace& trace;
 
   void run() {
-    fibers.bringTo(0, contender.boxes);
+    contender.bringTo(fibers, 0);
     const std::size_t bytes_before = allocatedBytes();
     std::unique_ptr<BasicManager<S>> manager;
     time(Phase::kSetUp, [&] { manager = contender.setUp(fibers); });
@@ -232,7 +232,7 @@ struct Run {
   }
 
   void moveTo(int frame, BasicManager<S>& manager) {
-    fibers.setPoses(frame);
+    contender.setPoses(fibers, frame);
     time(Phase::kUpdate, [&] { update(contender, fibers, manager); });
   }
 

@@ -223,7 +223,7 @@ int runChecked(int argc, char** argv, const std::vector<std::string>& scenes) {
 template <typename S>
 void registerManager(const std::string& name, MakeManager<S> make, Boxes boxes, Reported reported) {
   constexpr bool kOurs = true;  // what is wrong with it fails the program
-  add<S>({name, "", kOurs, boxes, reported, std::move(make)});
+  add<S>({Group::kOurs, name, "", kOurs, boxes, reported, std::move(make)});
 }
 
 template FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string&, MakeManager<float>,
@@ -232,8 +232,10 @@ template FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string&, Ma
                                                           Boxes, Reported);
 
 void registerPeers() {
-  for (const Boxes boxes : {Boxes::kTight, Boxes::kStock}) add(fclManagers(boxes).front());
-  for (const Contender& contender : ourContenders()) {
+  for (const Boxes boxes : {Boxes::kTight, Boxes::kStock}) {
+    add(allOf({Group::kFclTrees}, boxes).front());
+  }
+  for (const Contender& contender : allOf({Group::kOurs})) {
     if (contender.variant == "boxes" || contender.variant == "spheres" ||
         contender.name() == "LayeredAABBTree/capsules") {
       add(contender);

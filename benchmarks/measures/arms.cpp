@@ -264,9 +264,9 @@ void registerCell(const std::shared_ptr<Cell>& cell, const std::vector<Contender
 
 bool measureArms(const Request&) {
   tools::progress("arms: make the scenes");
-  std::vector<Contender> contenders = ourContenders();
-  contenders.resize(2);  // boxes and capsules
-  contenders.insert(contenders.begin(), fclManagers(Boxes::kStock).front());
+  const std::vector<Contender> contenders = {allOf({Group::kFclTrees}, Boxes::kStock).front(),
+                                             ourContender("LayeredAABBTree/boxes"),
+                                             ourContender("LayeredAABBTree/capsules")};
   for (const Cell& cell :
        {makeArm("arm of hulls", hullOf, 30), makeArm("arm of hulls", hullOf, 100),
         makeArm("arm of meshes", meshOf, 30), makeCable("hulls, margin", hullOf, 0.02),

@@ -193,7 +193,7 @@ bool measureCables(const Request& request) {
                    {"meshes", kLinks}});
 
   std::vector<Checked> trees;
-  for (const Contender& contender : fclTrees(Boxes::kTight)) {
+  for (const Contender& contender : allOf({Group::kFclTuned}, Boxes::kTight)) {
     const std::shared_ptr<Manager> cables = contender.setUp(scene.objects.objects());
     const std::shared_ptr<Manager> arm = contender.setUp(scene.arm);
     trees.push_back(check(
@@ -213,7 +213,7 @@ bool measureCables(const Request& request) {
     return byArrays(scene, *tree, distance);
   };
   registerChecked(check(scene, "arrays", with_arrays, truth), true);
-  Contender ours = ourContenders()[1];
+  Contender ours = ourContender("LayeredAABBTree/capsules");
   ours.leaves_out_adjacent = true;  // registers fibers as fibers; by its options it leaves none out
   const std::shared_ptr<Manager> cables = ours.setUp(scene.objects), arm = ours.setUp(scene.arm);
   const auto with_managers = [=, &scene](double& distance) {

@@ -42,7 +42,7 @@ std::vector<Size> sizesOf(const SceneRequest& scene) {
 template <typename S>
 bool measure(const Request& request) {
   using Contenders = std::vector<BasicContender<S>>;
-  Contenders contenders = cardContenders<S>();
+  Contenders contenders = allOf<S>({Group::kFclTrees, Group::kFclOthers, Group::kPublished});
   PreflightLimits limits;
   limits.phase_seconds = request.limit;
   limits.at_once = 1;

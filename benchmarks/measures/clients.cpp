@@ -73,7 +73,7 @@ struct Rods {
 };
 
 std::unique_ptr<Manager> setUpAtStart(const Contender& contender, MovingFibers& fibers) {
-  fibers.bringTo(0, contender.boxes);
+  contender.bringTo(fibers, 0);
   return contender.setUp(fibers.objects());
 }
 
@@ -93,7 +93,7 @@ double updateRods(const Contender& contender, Rods& rods, double& answer) {
       if (kCollides) countPairs(*manager);
     });
   }
-  answer = collide(samplePairs(*manager, 0, 0)).touching;  // of all pairs
+  answer = collide(*manager, samplePairs(*manager, 0, 0)).touching;  // of all pairs
   return sum / motions;
 }
 
@@ -167,9 +167,8 @@ void registerCall(const std::string& what, Call call, Rods& rods,
 /// FCL's trees at each level, its other managers and ours, without those that crash, never end or
 /// miss a pair.
 std::vector<Contender> checkedContenders(Boxes boxes, Rods& rods, const std::string& size) {
-  std::vector<Contender> right, all = fclTrees(boxes);
-  for (const Contender& other : otherFclManagers(boxes)) all.push_back(other);
-  all.push_back(ourContenders().front());
+  std::vector<Contender> right, all = allOf({Group::kFclTuned, Group::kFclOthers}, boxes);
+  all.push_back(ourContender("LayeredAABBTree/boxes"));
   PreflightLimits limits;
   limits.phase_seconds = 1;
   const std::vector<Preflight> checked = preflightAll(all, rods.first, limits);
@@ -204,7 +203,7 @@ double countAll(const Manager& manager, std::size_t& pairs) {
 /// What a self-collision query takes that follows `registering` the others, "without" and then.
 void registerYoung(const std::string& how, MovingFibers& fibers, std::vector<Object*> others,
                    void (*registering)(Manager&, const std::vector<Object*>&)) {
-  const Contender ours = ourContenders().front();
+  const Contender ours = ourContender("LayeredAABBTree/boxes");
   const auto run = [=, &fibers](Numbers& numbers) {
     const auto manager = ours.setUp(fibers.objects());
     std::size_t pairs = 0, expected = 0;
@@ -227,7 +226,7 @@ void registerYoung(const std::string& how, MovingFibers& fibers, std::vector<Obj
 /// places, beside that of a new manager of the same objects.
 void registerSwapped(MovingFibers& fibers, std::size_t swapped) {
   constexpr int kFrames = 1000, kLast = 100;
-  Contender ours = ourContenders().front();
+  Contender ours = ourContender("LayeredAABBTree/boxes");
   ours.leaves_out_adjacent = true;  // registers fibers as fibers; by its options it leaves none out
   const auto run = [=, &fibers](Numbers& numbers) {
     fibers.setPoses(0);

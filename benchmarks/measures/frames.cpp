@@ -25,45 +25,47 @@ constexpr int kTryPart = 4;
 /// once: its rank is certain.
 constexpr double kFarBehind = 8;
 
-/// Bullet is in no ratio. It is run once where a frame takes longer.
+/// A tree of another library that is not tried is run once where a frame takes longer.
 constexpr double kLongFrame = 2;
 
 /// A frame that takes longer is timed by the check alone.
 constexpr double kCheckedOnlySeconds = 60;
 
-/// Who is timed, how far a run goes, and whether with tests of its pairs as well.
+/// Who is timed, how far a run goes, and what else is done with its pairs.
+template <typename S>
 struct Chosen {
-  Contender contender;
+  BasicContender<S> contender;
   Phase last = Phase::kDetection;
-  bool narrow_phase = false;
-  bool fcl_tree = false;  ///< chosen among those that were tried
+  std::vector<PairWork> pair_work = {};
 };
 
-using Tried = std::vector<std::pair<Contender, Preflight>>;
+template <typename S>
+using Tried = std::vector<std::pair<BasicContender<S>, Preflight>>;
 
-/// FCL's trees, each run once, those that ended in time.
-Tried tryFclTrees(Boxes boxes, double phase_limit, MovingFibers& fibers) {
+/// All that may be fastest, each run once, those that ended in time.
+template <typename S>
+Tried<S> tryAll(const std::vector<BasicContender<S>>& contenders, double phase_limit,
+                BasicMovingFibers<S>& fibers) {
   PreflightLimits limits;
   limits.phase_seconds = phase_limit;
   limits.check = false;
-  const std::vector<Contender> trees = fclTrees(boxes);
-  const std::vector<Preflight> results = preflightAll(trees, fibers, limits);
-  Tried tried;
-  for (std::size_t i = 0; i < trees.size(); ++i) {
-    if (results[i].right()) tried.emplace_back(trees[i], results[i]);
+  const std::vector<Preflight> results = preflightAll(contenders, fibers, limits);
+  Tried<S> tried;
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    if (results[i].right()) tried.emplace_back(contenders[i], results[i]);
     Numbers numbers = {{"segments", static_cast<double>(fibers.segmentCount())}};
     for (std::size_t p = 0; p < kPhases; ++p) {
       numbers[phaseName(static_cast<Phase>(p))] = results[i].seconds[p];
     }
-    registerNumbers("Tried/" + trees[i].name(), numbers, results[i].note);
+    registerNumbers("Tried/" + contenders[i].name(), numbers, results[i].note);
   }
   return tried;
 }
 
 /// Adds the fastest unless it is there. A tree that is fast only in what comes early is not timed
 /// further.
-template <typename SecondsOf>
-void addFastest(std::vector<Chosen>& chosen, const Tried& tried, Chosen how,
+template <typename S, typename SecondsOf>
+void addFastest(std::vector<Chosen<S>>& chosen, const Tried<S>& tried, Chosen<S> how,
                 SecondsOf&& seconds_of) {
   const auto fastest =
       std::min_element(tried.begin(), tried.end(), [&](const auto& one, const auto& other) {
@@ -71,54 +73,72 @@ void addFastest(std::vector<Chosen>& chosen, const Tried& tried, Chosen how,
       });
   if (fastest == tried.end()) return;
   how.contender = fastest->first;
-  const bool is_there = std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& other) {
+  const bool is_there = std::any_of(chosen.begin(), chosen.end(), [&](const Chosen<S>& other) {
     return other.contender.name() == how.contender.name();
   });
   if (!is_there) chosen.push_back(std::move(how));
 }
 
-/// The fastest in a frame and in detection on each kind of boxes, and in update and set-up on any.
-std::vector<Chosen> fastestFclTrees(const Against& against, double phase_limit,
-                                    MovingFibers& fibers) {
-  std::vector<Chosen> chosen;
-  const auto add = [&](const Tried& tried, Phase phase) {
-    addFastest(chosen, tried, {{}, phase, false, true},
+/// The fastest of each library in a frame and in detection on each kind of boxes, and in update and
+/// set-up on any.
+template <typename S>
+std::vector<Chosen<S>> fastest(const BasicAgainst<S>& against, double phase_limit,
+                               BasicMovingFibers<S>& fibers) {
+  std::vector<Chosen<S>> chosen;
+  const Tried<S> tried = tryAll(against.tried, phase_limit, fibers);
+  const auto add = [&](const Tried<S>& among, Phase phase) {
+    addFastest(chosen, among, {{}, phase},
                [phase](const Preflight& result) { return result.phaseSeconds(phase); });
   };
-  Tried all;
-  for (const Boxes boxes : against.fcl_trees) {
-    const Tried tried = tryFclTrees(boxes, phase_limit, fibers);
-    addFastest(chosen, tried, {{}, Phase::kDetection, against.narrow_phase, true},
-               [](const Preflight& result) { return result.frameSeconds(); });
-    add(tried, Phase::kDetection);
-    all.insert(all.end(), tried.begin(), tried.end());
+  for (const Group group : {Group::kFclTuned, Group::kForeignTuned}) {
+    Tried<S> all;
+    for (const char* const boxes : {"tight", "stock"}) {
+      Tried<S> alike;
+      for (const auto& [contender, result] : tried) {
+        const bool fits = contender.group == group && contender.variant.rfind(boxes, 0) == 0;
+        if (fits) alike.emplace_back(contender, result);
+      }
+      addFastest(chosen, alike, {{}, Phase::kDetection, against.pair_work},
+                 [](const Preflight& result) { return result.frameSeconds(); });
+      add(alike, Phase::kDetection);
+      all.insert(all.end(), alike.begin(), alike.end());
+    }
+    add(all, Phase::kUpdate);
+    add(all, Phase::kSetUp);
   }
-  add(all, Phase::kUpdate);
-  add(all, Phase::kSetUp);
   return chosen;
 }
 
-std::vector<Chosen> choose(const Request& request, const Against& against, Motion& motion) {
-  std::vector<Chosen> chosen;
-  if (!against.fcl_trees.empty()) {
+template <typename S>
+std::vector<Chosen<S>> choose(const Request& request, const BasicAgainst<S>& against,
+                              BasicMotion<S>& motion) {
+  std::vector<Chosen<S>> chosen;
+  if (!against.tried.empty()) {
     const bool smaller =
         motion.checked.empty() && motion.fibers.segmentCount() >= kTrySmallerFromSegments;
-    std::optional<Motion> part;
-    if (smaller) part = makeMotion(request.scene, kTryPart);
-    MovingFibers& fibers = smaller                  ? part->fibers
-                           : motion.checked.empty() ? motion.fibers
-                                                    : motion.checked.back();
-    chosen = fastestFclTrees(against, request.limit, fibers);
+    std::optional<BasicMotion<S>> part;
+    if (smaller) part = makeMotion<S>(request.scene, kTryPart);
+    BasicMovingFibers<S>& fibers = smaller                  ? part->fibers
+                                   : motion.checked.empty() ? motion.fibers
+                                                            : motion.checked.back();
+    chosen = fastest(against, request.limit, fibers);
   }
-  for (const Contender& contender : against.contenders) chosen.push_back({contender});
+  for (const BasicContender<S>& contender : against.contenders) {
+    chosen.push_back({contender});
+    // Their own narrow phase is FCL's, and several threads would wait for each other's callbacks.
+    const bool tests = contender.group == Group::kForeign && !against.pair_work.empty() &&
+                       contender.variant.find("_threads") == std::string::npos;
+    if (tests) chosen.back().pair_work = {PairWork::kTest};
+  }
   return chosen;
 }
 
 /// Times and counts are those of the last frames, where there are most pairs.
-std::vector<Preflight> checkMotion(const std::vector<Chosen>& chosen, bool quick,
-                                   double phase_limit, Motion& motion) {
-  std::vector<Contender> contenders;
-  for (const Chosen& one : chosen) contenders.push_back(one.contender);
+template <typename S>
+std::vector<Preflight> checkMotion(const std::vector<Chosen<S>>& chosen, bool quick,
+                                   double phase_limit, BasicMotion<S>& motion) {
+  std::vector<BasicContender<S>> contenders;
+  for (const Chosen<S>& one : chosen) contenders.push_back(one.contender);
   PreflightLimits limits;
   limits.phase_seconds = phase_limit;
   limits.at_once = quick ? 2 : 1;
@@ -135,19 +155,21 @@ std::vector<Preflight> checkMotion(const std::vector<Chosen>& chosen, bool quick
 
 /// What every update has to do at least: read each object's transform and capsule, and the box, to
 /// which a program may have added a margin.
-double readObjects(const MovingFibers& fibers) {
-  double sum = 0;
-  for (const Object* const object : fibers.objects()) {
-    const fcl::Transform3d& pose = object->getTransform();
-    const auto& capsule = static_cast<const fcl::Capsuled&>(*object->collisionGeometry());
-    const fcl::AABBd& box = object->getAABB();
+template <typename S>
+S readObjects(const BasicMovingFibers<S>& fibers) {
+  S sum = 0;
+  for (const auto* const object : fibers.objects()) {
+    const fcl::Transform3<S>& pose = object->getTransform();
+    const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object->collisionGeometry());
+    const fcl::AABB<S>& box = object->getAABB();
     sum += pose.translation().sum() + pose.linear().col(2).sum() + capsule.lz + capsule.radius +
            box.min_.sum() + box.max_.sum();
   }
   return sum;
 }
 
-void registerFloor(Motion& motion) {
+template <typename S>
+void registerFloor(BasicMotion<S>& motion) {
   constexpr int kRuns = 5, kMostFrames = 4;
   registerRuns("Floor/read", kRuns, [&motion](Numbers&) {
     const int frames = motion.summed ? motion.fibers.frameCount() - 1 : kMostFrames;
@@ -160,23 +182,24 @@ void registerFloor(Motion& motion) {
   });
 }
 
-bool measureFrames(const Request& request) {
-  Motion motion = makeMotion(request.scene);
-  const Against against = readAgainst(request.against);
-  const std::vector<Chosen> chosen = choose(request, against, motion);
+template <typename S>
+bool measure(const Request& request) {
+  BasicMotion<S> motion = makeMotion<S>(request.scene);
+  const auto against = readAgainst<S>(request.against);
+  const std::vector<Chosen<S>> chosen = choose(request, against, motion);
   const std::vector<Preflight> checked = checkMotion(chosen, against.quick, request.limit, motion);
 
   double fastest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < checked.size(); ++i) {
-    if (chosen[i].fcl_tree && checked[i].right()) {
+    if (chosen[i].contender.group == Group::kFclTuned && checked[i].right()) {
       fastest = std::min(fastest, checked[i].frameSeconds());
     }
   }
 
-  std::deque<FrameRuns> runs;
-  std::vector<Contender> contenders;
+  std::deque<BasicFrameRuns<S>> runs;
+  std::vector<BasicContender<S>> contenders;
   for (std::size_t i = 0; i < checked.size(); ++i) {
-    const Contender& contender = chosen[i].contender;
+    const BasicContender<S>& contender = chosen[i].contender;
     contenders.push_back(contender);
     registerChecked(contender, checked[i], motion.fibers);
     const double frame = checked[i].frameSeconds();
@@ -186,16 +209,19 @@ bool measureFrames(const Request& request) {
       runs.emplace_back(contender, checked[i], motion, Phase::kUpdate).registerFrames();
     }
     if (!checked[i].right() || frame > kCheckedOnlySeconds) continue;
-    FrameRuns& frame_runs = runs.emplace_back(contender, checked[i], motion, chosen[i].last);
-    const bool other_of_fcl = contender.boxes != Boxes::kNone && !chosen[i].fcl_tree;
-    const bool far_behind = (other_of_fcl && frame > kFarBehind * fastest) ||
-                            (contender.manager == "Bullet" && frame > kLongFrame);
-    std::vector<PairWork> more;
-    if (chosen[i].narrow_phase) more = {PairWork::kTest, PairWork::kCollide};
-    frame_runs.registerFrames(far_behind ? 1 : 0, more);
+    BasicFrameRuns<S>& frame_runs =
+        runs.emplace_back(contender, checked[i], motion, chosen[i].last);
+    const bool far_behind =
+        (contender.group == Group::kFclOthers && frame > kFarBehind * fastest) ||
+        (contender.group == Group::kForeign && frame > kLongFrame);
+    frame_runs.registerFrames(far_behind ? 1 : 0, chosen[i].pair_work);
   }
   registerFloor(motion);
   return runRegistered() && oursAreRight(contenders, checked);
+}
+
+bool measureFrames(const Request& request) {
+  return request.scalar == "float" ? measure<float>(request) : measure<double>(request);
 }
 
 const AddMeasure kMeasure("frames", measureFrames);

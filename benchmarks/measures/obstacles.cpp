@@ -120,7 +120,7 @@ Contender fastestTree(HeadScene& scene) {
   some.resize((some.size() + 3) / 4);
   Contender fastest;
   double least = 0;
-  for (const Contender& contender : fclTrees(Boxes::kTight)) {
+  for (const Contender& contender : allOf({Group::kFclTuned}, Boxes::kTight)) {
     const auto manager = contender.setUp(some);
     std::size_t pairs = 0;
     const auto query = [&] { manager->collide(&scene.object, &pairs, countPair); };

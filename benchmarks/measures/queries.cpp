@@ -27,8 +27,8 @@ constexpr int kFrames = 4;  // of one tree
 
 /// Ours, and FCL's two trees with each tree_init_level.
 std::vector<Contender> contendersWith(Boxes fcl_boxes) {
-  std::vector<Contender> contenders = fclTrees(fcl_boxes);
-  contenders.push_back(ourContenders().front());
+  std::vector<Contender> contenders = allOf({Group::kFclTuned}, fcl_boxes);
+  contenders.push_back(ourContender("LayeredAABBTree/boxes"));
   return contenders;
 }
 
@@ -197,17 +197,18 @@ void registerObjects(LooseObjects& loose, const Contender& contender) {
 void registerCandidates(LooseObjects& loose) {
   const auto count = [&](const Contender& contender, const std::string& name) {
     // Of all pairs.
-    const PairSample pairs = samplePairs(*contender.setUp(loose.objects), 0, 0);
-    registerNumbers(
-        "Candidates/" + loose.name + "/" + name,
-        {{"pairs", static_cast<double>(pairs.of)}, {"touching", collide(pairs).touching}});
+    const auto manager = contender.setUp(loose.objects);
+    const auto pairs = samplePairs(*manager, 0, 0);
+    registerNumbers("Candidates/" + loose.name + "/" + name,
+                    {{"pairs", static_cast<double>(pairs.of)},
+                     {"touching", collide(*manager, pairs).touching}});
   };
-  const Contender ours = ourContenders().front();
+  const Contender ours = ourContender("LayeredAABBTree/boxes");
   loose.setPoses(1);
   count(ours, "poses");
   loose.computeBoxes();
   count(ours, "boxes");
-  count(fclTrees(Boxes::kStock).front(), "fcl");
+  count(allOf({Group::kFclTuned}, Boxes::kStock).front(), "fcl");
 }
 
 bool measureQueries(const Request&) {

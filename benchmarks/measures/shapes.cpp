@@ -159,11 +159,11 @@ void registerFibersOf(const std::string& shape, ShapedFibers& shaped, ShapedFibe
 
 /// Of all pairs in one order, because fcl::collide may change its mind if the two change places.
 double touching(const Manager& manager) {
-  PairSample sample = samplePairs(manager, 0, 0);
+  PairSample<double> sample = samplePairs(manager, 0, 0);
   for (auto& [a, b] : sample.pairs) {
     if (std::less<>()(b, a)) std::swap(a, b);
   }
-  return collide(sample).touching;
+  return collide(manager, sample).touching;
 }
 
 template <bool kWritesBoxes>
@@ -257,10 +257,10 @@ using Changes = double (*)(const Contender&, LooseObjects&, double& answer);
 
 void registerChanges(const std::string& what, const std::shared_ptr<LooseObjects>& loose,
                      Changes change) {
-  const std::vector<Contender> ours = ourContenders();
   const auto agreed = std::make_shared<std::optional<double>>();
   for (const Contender& contender :
-       {ours[0], ours[1], fclManagers(Boxes::kStock).front()}) {  // boxes, capsules, dynamic tree
+       {ourContender("LayeredAABBTree/boxes"), ourContender("LayeredAABBTree/capsules"),
+        allOf({Group::kFclTrees}, Boxes::kStock).front()}) {
     const std::string name = "OneByOne/" + std::to_string(loose->objects.size()) + " " +
                              loose->name + ", " + what + "/" + contender.name();
     registerRuns(name, kRuns, [=](Numbers& numbers) {

@@ -11,7 +11,9 @@
 
 #include "benchmarks/contenders/closed_form.h"
 
-#ifdef FCL_FIBERS_WITH_EMBREE
+#if FCL_FIBERS_WITH_EMBREE == 4
+#include <embree4/rtcore.h>
+#elif defined(FCL_FIBERS_WITH_EMBREE)
 #include <embree3/rtcore.h>
 #endif
 #ifdef FCL_FIBERS_WITH_COAL
@@ -32,7 +34,7 @@ struct FloatBox {
 /// Around the box of an object that is tight, rounded outward.
 template <typename S>
 FloatBox boxOf(const fcl::CollisionObject<S>& object) {
-  const benchmarks::CapsuleAxis<S> axis(object);
+  const benchmarks::CapsuleAxis<S> axis = benchmarks::axisOf(object);
   FloatBox box;
   for (int k = 0; k < 3; ++k) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();

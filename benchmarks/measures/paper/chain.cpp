@@ -15,7 +15,7 @@ namespace {
 constexpr int kRuns = 3;
 
 double detect(const Contender& contender, MovingFibers& fibers, Numbers& numbers) {
-  fibers.bringTo(0, contender.boxes);
+  contender.bringTo(fibers, 0);
   const std::unique_ptr<Manager> manager = contender.setUp(fibers);
   PairCount count;
   const double taken = seconds([&] { count = countPairs(*manager); });
@@ -28,7 +28,7 @@ bool measureChain(const Request& request) {
   const FiberPolylines scene = makeChain(chainOfName(request.chain), request.edge);
   MovingFibers fibers(request.chain, scene, scene);
   std::vector<Contender> contenders = paperTrees();
-  contenders.push_back(fclManagers(Boxes::kTight).front());
+  contenders.push_back(allOf({Group::kFclTrees}, Boxes::kTight).front());
   PreflightLimits limits;
   limits.phase_seconds = request.limit;
   limits.update = false;

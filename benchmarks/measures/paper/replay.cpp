@@ -47,7 +47,7 @@ void countCages(const Contender& contender, MovingFibers& fibers, Numbers& numbe
 
 /// The contender lives through all steps. Returns the seconds of its updates and detections.
 double replay(const Contender& contender, MovingFibers& fibers, Numbers& numbers) {
-  fibers.bringTo(0, contender.boxes);
+  contender.bringTo(fibers, 0);
   const std::unique_ptr<Manager> manager = contender.setUp(fibers);
   double total = 0;
   for (int step = 0; step < fibers.frameCount(); ++step) {
@@ -55,7 +55,7 @@ double replay(const Contender& contender, MovingFibers& fibers, Numbers& numbers
       numbers[counterName(what, step)] = value;
     };
     if (step > 0) {
-      fibers.setPoses(step);
+      contender.setPoses(fibers, step);
       const double taken = seconds([&] { update(contender, fibers, *manager); });
       set("update", taken);
       total += taken;

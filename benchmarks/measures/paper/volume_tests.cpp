@@ -183,7 +183,7 @@ bool measureVolumeTests(const Request& request) {
     // Boxes and spheres find the same, and boxes sooner.
     if (finds_touching && contender.manager != "LayeredAABBTree") continue;
     tools::progress(fibers.name() + ": volume tests: " + contender.title());
-    fibers.bringTo(0, contender.boxes);
+    contender.bringTo(fibers, 0);
     Numbers numbers;
     if (finds_touching) {
       numbers = countTouching(contender, fibers);
