@@ -58,7 +58,11 @@ BasicAgainst<S> readAgainst(const std::string& text) {
     against.pair_work = {PairWork::kTest};
     if (text == "fcl") return against;
     against.pair_work.push_back(PairWork::kCollide);
-    add(against.contenders, allOf<S>({Group::kForeign}));
+    for (const BasicContender<S>& contender : allOf<S>({Group::kForeign})) {
+      // Bullet takes a minute on the cap.
+      const bool is_long = contender.manager == "Bullet";
+      if (text == "full" || !is_long) against.contenders.push_back(contender);
+    }
     add(against.tried, allOf<S>({Group::kForeignTuned}));
   } else if (text == "all") {
     against.contenders = allOf<S>({Group::kOurs, Group::kFclOthers});
