@@ -147,9 +147,11 @@ def python():
     yield steps("import", "import")
     yield steps("overhead_helix-1000", f"overhead {HELIX}=100")
     yield steps("overhead_bundles-1000", "overhead --scene=bundles:1000")
-    for n in (10, 100, 1000):
+    for n in (30, 100, 300):
+        yield steps(f"steps_rods-{n}", f"steps --scene=rods:{n}")
+    for n in (100, 1000):
         yield steps(f"steps_helix-{n}", f"steps --scene=helix:fibers={n},segments=100")
-    yield steps("steps_bundles-1000", "steps --scene=bundles:1000")
+    yield steps("steps_tract-2000", "steps --scene=bundles:2000,0.2")
 
 
 # Straight rods at the paper's density, except the tight helix, whose rods are curved.

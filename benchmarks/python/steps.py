@@ -6,7 +6,8 @@ A step is an update after a motion and a query of all pairs that touch, adjacent
 benchmarks/run.sh --python builds what this needs and calls it. Results have the form of Google
 Benchmark's, so that report/results.py reads them; each repetition is one run:
 
-    Checked/CONTENDER   once, after all contenders have found the same pairs in both frames
+    Checked/CONTENDER   once, after its answers in both frames have been checked; "found" counts
+                        them, and the label is ">10 s" if it is too slow to be timed
     Steps/CONTENDER     a step
     Overhead/WHO/QUERY  a step by WHO, which is python or cpp, with threads
     Import/MODULE       a whole process that imports it
@@ -26,11 +27,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from contenders import OURS, PEERS, Ours, Truth
 
-import fcl_fibers
-
-ROUNDS = 7  # of contenders that take turns; at least 3 if they are slow
-LONG = 40.0  # seconds of a round, from which on there are only 3
+ROUNDS = 9  # of contenders that take turns; of a round that takes more than LONG seconds fewer
+LONG, LONG_ROUNDS = 5.0, 5
+SLOW = 10.0  # seconds of a step that is checked, but not timed
 TURN = 0.3  # seconds that a fast contender is repeated in one turn, at most 5 times
 OVERHEAD = (25, 4)  # turns, and steps in each
 IMPORTS = 21
@@ -65,13 +66,13 @@ def write_scene(scene, path):
         scene.frames.tofile(file)
 
 
-def bundles(streamlines, seed=1):
-    """Like a tractogram: 10 bundles of smooth streamlines of 100 mm, half across the others.
+def bundles(streamlines, step=1.0, seed=1):
+    """Like a tractogram: 10 bundles of smooth streamlines of 100 steps, half across the others.
 
     About 8 streamlines, tubes of 0.1 mm, pass each square millimetre and wander in their bundle.
     """
-    random = np.random.RandomState(seed)
-    along = np.arange(101) - 50.0
+    random, streamlines = np.random.RandomState(seed), int(streamlines)
+    along = step * (np.arange(101) - 50.0)
     radius = 0.2 * np.sqrt(streamlines / 10)
     frames = np.empty((2, 10, streamlines // 10, len(along), 3))
     for bundle in range(10):
@@ -89,31 +90,30 @@ def bundles(streamlines, seed=1):
     return Scene(offsets, 0.05, frames.reshape(2, -1, 3))
 
 
-class Ours:
-    def __init__(self, scene, query, threads):
-        self.tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1, threads=threads)
-        self.tree.build(scene.frames[0], scene.offsets, scene.radius)
-        self.query = getattr(self.tree, query)
-        self.offsets = scene.offsets
+def rods(count, seed=1):
+    """A bundle of straight rods of 50 elements, each as long as two of its diameters.
 
-    def step(self, points):
-        self.tree.update(points)
-        return self.query()
-
-    def pairs(self, found):
-        """Of whatever the query has returned."""
-        if found.dtype.names is None:
-            return found
-        return np.stack([found["a"], found["b"]], axis=1)
+    They are nearly parallel and pressed together, so that most neighbours touch along their way.
+    """
+    count = int(count)
+    edge = int(np.ceil(np.sqrt(count)))
+    beside = 1.95 * np.stack(np.divmod(np.arange(count), edge), axis=1)
+    along = 4 * np.linspace(-25, 25, 51)[:, np.newaxis]
+    frames = np.empty((2, count, 51, 3))
+    for frame in range(2):
+        tilt = (0.004 + 0.0005 * frame) * np.random.RandomState(seed).randn(count, 1, 2)
+        frames[frame, ..., 0] = along[:, 0]
+        frames[frame, ..., 1:] = beside[:, np.newaxis] + along * tilt
+    return Scene(np.arange(count + 1, dtype=np.int64) * 51, 1.0, frames.reshape(2, -1, 3))
 
 
 class Results:
     def __init__(self, options):
         self.options, self.runs = options, []
 
-    def add(self, kind, name, seconds, **counters):
+    def add(self, kind, name, seconds, label="", **counters):
         numbers = {key: float(value) for key, value in counters.items()}
-        head = {"run_type": "iteration", "run_name": f"{kind}/{name}"}
+        head = {"run_type": "iteration", "run_name": f"{kind}/{name}", "label": label}
         self.runs.append({**head, "real_time": float(seconds), "time_unit": "s", **numbers})
 
     def write(self):
@@ -121,10 +121,10 @@ class Results:
             [self.options.program, "compiler"], check=True, capture_output=True, text=True
         )
         compiler, build_type = known.stdout.split("\n")[:2]
-        versions = [f"Python {platform.python_version()}"]
-        for name in ("NumPy", "SciPy", "Numba"):
-            with contextlib.suppress(metadata.PackageNotFoundError):
-                versions.append(f"{name} {metadata.version(name)}")
+        packages = dict.fromkeys(["NumPy", "Numba", *(package for _, package, _ in PEERS.values())])
+        found = {name: version_of(name) for name in packages}
+        versions = [f"{name} {version}" for name, version in found.items() if version]
+        versions = [f"Python {platform.python_version()}", *versions]
         # The folders of the program and of results mean nothing to others.
         words = [w for w in sys.argv[1:] if not w.startswith(("--program", "--benchmark_out"))]
         context = {
@@ -134,12 +134,18 @@ class Results:
             "commit": os.environ.get("FCL_FIBERS_COMMIT", "unknown"),
             "code": os.environ.get("FCL_FIBERS_CODE", "unknown"),
             "command": " ".join(["steps.py", *words]),
-            "left_out": "",
+            "left_out": ", ".join(name for name, version in found.items() if not version),
             "measure": self.options.measure,
             "scene": self.options.scene,
         }
         text = json.dumps({"context": context, "benchmarks": self.runs}, indent=1)
         self.options.benchmark_out.write_text(text + "\n", encoding="utf-8")
+
+
+def version_of(package):
+    """Nothing where it is not installed."""
+    with contextlib.suppress(metadata.PackageNotFoundError):
+        return metadata.version(package)
 
 
 def processor():
@@ -157,38 +163,38 @@ def timed(step, points):
 
 
 def measure_steps(results, scene):
-    from rivals import AllElements, MidpointTree
+    truths = [Truth(scene, k) for k in (0, 1)]
+    known = {name: (make, None) for name, make in OURS.items()}
+    for name, (make, package, largest) in PEERS.items():
+        if version_of(package):
+            known[name] = make, largest
+    turns = {}
+    for name, (make, largest) in known.items():
+        counters = {"segments": scene.segments}
+        if largest and scene.segments > largest:
+            results.add("Checked", name, SLOW, label=f">{SLOW:.0f} s", **counters)
+            continue
+        contender = make(scene)
+        frames = [contender.prepare(k) for k in (0, 1)]
+        # This also compiles functions and takes memory, which is not to be timed.
+        for k in (1, 0):
+            seconds, found = timed(contender.step, frames[k])
+            try:
+                counters["found"] = contender.check(found, truths[k])
+            except RuntimeError as error:
+                raise RuntimeError(f"{name}, frame {k}: {error}") from error
+        label = f">{SLOW:.0f} s" if seconds > SLOW else ""
+        results.add("Checked", name, seconds, label=label, **counters)
+        if not label:
+            turns[name] = contender.step, frames, seconds, counters
 
-    contenders = {
-        f"{query}, {threads} thread{'s' if threads > 1 else ''}": Ours(scene, query, threads)
-        for query in ("pairs", "contacts")
-        for threads in (1, 2)
-    }
-    contenders["all elements"] = AllElements(scene.offsets, scene.radius)
-    contenders["midpoint tree"] = MidpointTree(scene.offsets, scene.radius)
-
-    # This also compiles Numba's functions and takes memory, which is not to be timed.
-    expected, took = {}, {}
-    for name, contender in contenders.items():
-        of = getattr(contender, "pairs", lambda found: found)
-        for frame in (1, 0):
-            seconds, found = timed(contender.step, scene.frames[frame])
-            pairs = of(found).astype(np.int64)
-            keys = np.sort(pairs.min(axis=1) * len(scene.frames[0]) + pairs.max(axis=1))
-            if not np.array_equal(keys, expected.setdefault(frame, keys)):
-                raise RuntimeError(f"{name}: {len(keys)} pairs, not {len(expected[frame])}")
-        took[name] = seconds
-        counters = {"pairs": len(keys), "segments": scene.segments}
-        results.add("Checked", name, seconds, **counters)
-
-    times = {name: max(1, min(5, int(TURN / seconds))) for name, seconds in took.items()}
-    rounds = 3 if sum(took.values()) > LONG else ROUNDS
+    rounds = LONG_ROUNDS if sum(turn[2] for turn in turns.values()) > LONG else ROUNDS
     for turn in range(rounds):
-        for name, contender in contenders.items():
+        for name, (step, frames, took, counters) in turns.items():
             # The first step after the others is slower, as the processor's caches hold their data.
             # A simulation would not have it otherwise, so that it counts.
-            for step in range(times[name]):
-                seconds, _ = timed(contender.step, scene.frames[(turn + step) % 2])
+            for repeat in range(max(1, min(5, int(TURN / took)))):
+                seconds, _ = timed(step, frames[(turn + repeat) % 2])
                 results.add("Steps", name, seconds, **counters)
 
 
@@ -253,15 +259,18 @@ def measure_import(results):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--measure", choices=("steps", "overhead", "import"), required=True)
-    parser.add_argument("--scene", default="", help="bundles:N streamlines, or as the C++ knows")
+    parser.add_argument(
+        "--scene", default="", help="bundles:N or bundles:N,STEP in mm, rods:N, or as the C++ knows"
+    )
     parser.add_argument("--program", help="fcl_fibers_step_in_cpp", required=True)
     parser.add_argument("--benchmark_out", type=Path, metavar="FILE.json", required=True)
     options = parser.parse_args()
     results = Results(options)
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "scene")
-        if options.scene.startswith("bundles:"):
-            scene = bundles(int(options.scene.partition(":")[2]))
+        made, _, numbers = options.scene.partition(":")
+        if made in ("bundles", "rods"):
+            scene = {"bundles": bundles, "rods": rods}[made](*map(float, numbers.split(",")))
             write_scene(scene, path)
         elif options.scene:
             subprocess.run([options.program, "write", options.scene, path], check=True)

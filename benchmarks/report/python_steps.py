@@ -1,95 +1,118 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tables of the Python package: a step beside other ways, and what Python adds to it."""
+"""Tables of the Python package: a step beside other packages, and what Python adds to it."""
 
-from tables import Rows, Table, chosen, count, digits, time
+from ratios import READ, median_of, ratio_of
+from tables import Table, chosen, time, time_and_interval
 
 SCENES = {  # by the end of the file's name
-    "helix-10": "helix 10 x 100",
+    "rods-30": "rods 30 x 50",
+    "rods-100": "rods 100 x 50",
+    "rods-300": "rods 300 x 50",
     "helix-100": "helix 100 x 100",
     "helix-1000": "helix 1,000 x 100",
-    "bundles-1000": "bundles 1,000 x 100",
+    "tract-2000": "tract 2,000 x 100",
 }
 QUERIES = {"pairs": "pairs()", "contacts": "contacts()"}
 THREADS = {1: "1 thread", 2: "2 threads"}
-RIVALS = {
-    "all elements": "Numba, all elements of rods whose boxes overlap",
-    "midpoint tree": "SciPy's k-d tree of midpoints, exact test in NumPy",
+OURS = {  # a row of times each, and what it returns
+    "pairs, 1 thread": ("pairs()", "pairs that touch"),
+    "pairs, 2 threads": ("pairs(), 2 threads", "pairs that touch"),
+    "contacts, 1 thread": ("contacts()", "contacts"),
+    "contacts, 2 threads": ("contacts(), 2 threads", "contacts"),
+    "boxes, 1 thread": ('pairs() of report="volumes"', "pairs whose boxes overlap"),
+    "adjacent too, 1 thread": ("contacts() of ignored_neighbors=0", "contacts, of neighbours too"),
+    "safe step, 1 thread": ("safe_step() of radius 0", "share of the motion"),
+    "PyElastica with our tree": ("FiberContact in PyElastica", "forces of two rods on nodes"),
+    "scilpy with our tree": ("TreeIntersectionFinder of scilpy", "streamlines to be removed"),
 }
-READ = (
-    "Seconds of a step, which is an update and a query of the pairs that touch, adjacent segments "
-    "left out: medians, and both quartiles in parentheses. The rows take turns in one process, "
-    "after all have found the same pairs. Numba goes through all elements as PyElastica does, on "
-    "one thread. scilpy asks its k-d tree for the neighbours of each segment in a loop of Python; "
-    "here SciPy lists all pairs in one call. Neither computes contacts."
-)
+PEERS = {  # a row of ratios each: what it returns, and beside which of ours
+    "midpoint tree": ("SciPy, cKDTree of midpoints", "pairs that touch", "pairs, 1 thread"),
+    "warp": ("warp, Bvh and a kernel", "pairs that touch, float32", "pairs, 1 thread"),
+    "newton, SAP": ("newton, SAP", "contacts, float32", "contacts, 1 thread"),
+    "newton, NxN": ("newton, NxN", "contacts, float32", "contacts, 1 thread"),
+    "python-fcl": ("python-fcl", "contacts, of neighbours too", "adjacent too, 1 thread"),
+    "ipc-toolkit, candidates": (
+        "ipc-toolkit, Candidates",
+        "pairs whose boxes overlap",
+        "boxes, 1 thread",
+    ),
+    "ipc-toolkit, contacts": (
+        "ipc-toolkit, NormalCollisions",
+        "contacts, one at a shared end",
+        "contacts, 1 thread",
+    ),
+    "ipc-toolkit, safe step": (
+        "ipc-toolkit, safe step",
+        "at most our share of the motion",
+        "safe step, 1 thread",
+    ),
+    "PyElastica": (
+        "PyElastica, RodRodContact",
+        "forces of two rods on nodes",
+        "PyElastica with our tree",
+    ),
+    "scilpy": ("scilpy, IntersectionFinder", "streamlines to be removed", "scilpy with our tree"),
+}
+READ_STEPS = (
+    "A step is an update and a query, on one thread where the row does not say; adjacent segments "
+    "are left out but where neighbours are named. Our rows are medians with their 95 % "
+    "intervals; those of the others tell how many times as fast ours are that return the same. "
+    "All take turns in one process, after the answers have been checked. "
+    "A dash: the package is not installed, or the other of the two is too slow. "
+) + READ
 READ_COSTS = (
     "Python and C++ take turns with the same steps, of 100,000 segments. More is the median of the "
-    "ratios of turns, with both quartiles. C++ fills one vector again and again, Python makes an "
-    "array for each step; so does C++ in the rows with a new vector. The last row is of whole "
+    "ratios of turns, with its 95 % interval. C++ fills one vector again and again, Python makes "
+    "an array for each step; so does C++ in the rows with a new vector. The last row is of whole "
     "processes, which import the package or NumPy alone."
 )
 
 LARGE = ("helix-1000", "bundles-1000")
 
 
-def quartiles(runs):
-    return [runs.quantile(share) for share in (0.25, 0.5, 0.75)]
+def times_as_long(part, peer):
+    """As ours that returns the same."""
+    theirs, ours = (part.runs("Steps", name, "seconds") for name in (peer, PEERS[peer][-1]))
+    return ratio_of(theirs, ours, peer)
 
 
-def spread(runs):
-    """Median and quartiles, of times."""
-    low, middle, high = quartiles(runs)
-    scale = next((s for s in (1, 1e-3) if middle >= 0.9995 * s), 1e-6)
-    return f"{time(middle)} ({digits(low / scale)} to {digits(high / scale)})"
-
-
-def step_name(query, threads):
-    return f"{query}, {THREADS[threads]}"
-
-
-def times_as_fast(part, query, threads, rival):
-    ours, theirs = (
-        part.median("Steps", name, "seconds") for name in (step_name(query, threads), rival)
-    )
-    return theirs / ours
+def peer_cell(part, peer):
+    if not part.has("Checked", peer):
+        return "-"
+    return part.note(peer) or times_as_long(part, peer).text()
 
 
 def steps(parts):
     scenes = chosen(parts, "steps", SCENES)
-    rows = Rows(scenes.values())
-    for query, call in QUERIES.items():
-        for threads, on in THREADS.items():
-            runs = ("Steps", step_name(query, threads), "seconds")
-            rows.add(f"update() and {call}, {on}", lambda part: spread(part.runs(*runs)))
-    for rival, what in RIVALS.items():
-        rows.add(what, lambda part: spread(part.runs("Steps", rival, "seconds")))
-    for rival, what in RIVALS.items():
-        for query, call in QUERIES.items():
-            times = f"{call} on 1 thread: times as fast as {what.split(',')[0]}"
-            rows.add(times, lambda part: digits(times_as_fast(part, query, 1, rival)) + "x")
-    rows.add("pairs that touch", lambda part: count(part.median("Steps", "all elements", "pairs")))
-    header = ["", *(SCENES[name] for name in scenes)]
-    return Table("python-steps", "A step in Python", header, rows, READ)
+
+    def row(who, returns, cell):
+        return [who, returns, *map(cell, scenes.values())]
+
+    rows = []
+    for name, (call, returns) in OURS.items():
+        of = ("Steps", name)
+        rows.append(
+            row(
+                call,
+                returns,
+                lambda p: time_and_interval(p.runs(*of, "seconds")) if p.has(*of) else "-",
+            )
+        )
+    for name, (title, returns, _) in PEERS.items():
+        rows.append(row(title, returns, lambda part: peer_cell(part, name)))
+    header = ["", "what it returns", *(SCENES[name] for name in scenes)]
+    return Table("python-steps", "A step in Python", header, rows, READ_STEPS)
 
 
 def more(part, query, threads, other):
-    """Quartiles of what Python takes more than C++, as a share, over turns."""
-    medians = (
+    """What Python takes more than C++: the median of turns as a share, with its interval."""
+    ours, theirs = (
         part.counters("Overhead", f"{who}/{query}/{threads}").groupby("turn")["seconds"].median()
         for who in ("python", other)
     )
-    ours, theirs = medians
-    return quartiles(ours / theirs - 1)
-
-
-def percents(values):
-    low, middle, high = (f"{100 * value:.1f}" for value in values)
+    found = median_of(ours / theirs)
+    middle, low, high = (f"{100 * (x - 1):.1f}" for x in (found.value, found.low, found.high))
     return f"{middle} % ({low} to {high})"
-
-
-def import_more(part):
-    ours, numpy = (part.runs("Import", name, "seconds") for name in ("fcl_fibers", "numpy"))
-    return quartiles(ours - numpy)
 
 
 def costs(parts):
@@ -105,12 +128,12 @@ def costs(parts):
                         for who in ("python", other)
                     )
                     what = f"{scene.split('-')[0]}, {call}, {on}{into}"
-                    rows.append([what, *seconds, percents(more(part, query, threads, other))])
+                    rows.append([what, *seconds, more(part, query, threads, other)])
     part = parts.get("import")
     if part:
         names = ("fcl_fibers", "numpy")
-        low, middle, high = (digits(1e3 * seconds) for seconds in import_more(part))
-        seconds = (time(part.median("Import", name, "seconds")) for name in names)
-        rows.append(["import fcl_fibers, beside NumPy", *seconds, f"{middle} ms ({low} to {high})"])
+        runs = [part.runs("Import", name, "seconds") for name in names]
+        times = [*(time(found.median()) for found in runs), time_and_interval(runs[0] - runs[1])]
+        rows.append(["import fcl_fibers, beside NumPy", *times])
     header = ["", "Python", "C++ or NumPy", "more"]
     return Table("python-costs", "What Python adds", header, rows, READ_COSTS)

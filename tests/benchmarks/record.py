@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Records anew what report_test.py makes reports of: record.py fcl_fibers_bench [NAME...]
 
-Those of the Python package need it in PYTHONPATH, and fcl_fibers_step_in_cpp beside the program.
+Those of the Python package need it in PYTHONPATH, and fcl_fibers_step_in_cpp beside the program;
+the Python that runs this needs the packages of benchmarks/python/peers.sh, too.
 Small scenes, and of each file only what reports read, a run a line. full/growth.json and card are
 written by hand, because ten million segments and managers that are slow take minutes.
 """
@@ -85,7 +86,7 @@ RECORDED = {
     "paper/chain_snake_8": ["chain", "--chain=snake", "--edge=4"],
     "paper/radii": ["radii", "--benchmark_filter=edge:[24]/|static/fibers:(1|10)/"],
     "paper/rods": ["rods", "--benchmark_filter=segments:25/|Make/paper-static"],
-    "python/steps_helix-10": ["steps", "--scene=helix:fibers=10,segments=100"],
+    "python/steps_rods-30": ["steps", "--scene=rods:5"],
     "python/steps_helix-1000": ["steps", "--scene=helix:fibers=100,segments=20"],
     "python/overhead_helix-1000": ["overhead", "--scene=helix:fibers=10,segments=100"],
     "python/import": ["import"],
@@ -118,7 +119,7 @@ def record(program, name, flags):
     command = [program]
     if name.startswith("python/"):
         beside = Path(program).parent / "fcl_fibers_step_in_cpp"
-        command = ["/usr/bin/python3", "-B", SCRIPTS / "steps.py", f"--program={beside}"]
+        command = [sys.executable, "-B", SCRIPTS / "steps.py", f"--program={beside}"]
     if "/trade_" in name:
         tool = Path(program).parent.parent / "tools" / "fcl_fibers"
         costs = path.parent / "costs.json"
