@@ -27,7 +27,7 @@
 // Benchmark. SCENE is --scene=NAME:key=value,... as `fcl_fibers --help` lists them, or --hair=FILE
 // [--radius=R]. The context of results names the versions of "libraries", those "left_out", the
 // compiler's "flags", and the target of our SIMD in use, "simd": FCL_FIBERS_SIMD=sse4 or avx2
-// restricts it.
+// restricts it. benchmarks/fcl_native.sh builds all of it, FCL too, for the machine's processor.
 //
 // The results of frames. Every contender first has to show, in a process of its own, that it
 // reports every touching pair, once, before a motion and after it. What is wrong, crashes or
