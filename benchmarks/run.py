@@ -33,11 +33,12 @@ SET_HELP = {
 PACKAGES = (
     "cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev libtbb-dev "
     "libpugixml-dev zlib1g-dev libcli11-dev libboost-dev libbenchmark-dev "
-    "python3-pandas python3-jinja2 python3-matplotlib"
+    "python3-pandas python3-jinja2 python3-matplotlib python3-venv"
 )
 TOOLS = "libfmt-dev nlohmann-json3-dev libjs-three"
-OF_PYTHON = f"python3-dev pybind11-dev python3-numpy python3-scipy python3-numba {TOOLS}"
+OF_PYTHON = f"python3-dev pybind11-dev python3-numpy {TOOLS}"
 OPTIONAL = "libembree-dev libbullet-dev"
+COAL = "coal==3.0.3"  # of PyPI
 PONYTAIL = "tressfx31_ponytail_tail.tfx"
 
 
@@ -106,6 +107,22 @@ def install(words):
     run(ROOT / ".ci" / "apt_install.sh", *words.split())
 
 
+def coal():
+    """Where CMake finds coal; nothing if pip does not reach PyPI."""
+    prefix = BUILD / "coal"
+    if not (prefix / "bin" / "pip").exists():
+        run("/usr/bin/python3", "-m", "venv", prefix)
+    done = subprocess.run([prefix / "bin" / "pip", "install", "-q", COAL], check=False)
+    found = list(prefix.glob("lib/python3*/site-packages/cmeel.prefix"))
+    if done.returncode != 0 or not found:
+        print("coal cannot be installed; it is left out", file=sys.stderr)
+        return []
+    return [
+        f"-DFCL_FIBERS_COAL_INCLUDE={found[0]}/include",
+        f"-DFCL_FIBERS_COAL={found[0]}/lib/libcoal.so",
+    ]
+
+
 def build(programs):
     """Of the measures that are due."""
     install(PACKAGES)
@@ -119,6 +136,7 @@ def build(programs):
     with_python, with_tools = "steps" in programs, "trade" in programs or "paper" in programs
     if with_python:
         install(OF_PYTHON)
+        run(ROOT / "benchmarks" / "python" / "peers.sh", BUILD / "peers")
         goals += ["fcl_fibers_python", "fcl_fibers_step_in_cpp"]
         flags.append("-DPython3_EXECUTABLE=/usr/bin/python3")
     if with_tools:
@@ -130,7 +148,7 @@ def build(programs):
         goals.append("fcl_fibers_headline")
     for name, wanted in (("PYTHON", with_python), ("TOOLS", with_tools)):
         flags.append(f"-DFCL_FIBERS_BUILD_{name}={'ON' if wanted else 'OFF'}")
-    run("cmake", "-S", ROOT, "-B", BUILD, "-G", "Ninja", *flags)
+    run("cmake", "-S", ROOT, "-B", BUILD, "-G", "Ninja", *flags, *coal())
     run("cmake", "--build", BUILD, "--target", *goals)
     if "native" in programs:
         run(ROOT / "benchmarks" / "fcl_native.sh", BUILD / "native")
@@ -143,7 +161,7 @@ def command_of(measure, data):
         "headline": [BUILD / "benchmarks" / "fcl_fibers_headline"],
         "native": [BUILD / "native" / "build" / "benchmarks" / "fcl_fibers_bench"],
         "steps": [
-            *("/usr/bin/python3", "-B", ROOT / "benchmarks" / "python" / "steps.py"),
+            *(BUILD / "peers" / "bin" / "python", "-B", ROOT / "benchmarks/python/steps.py"),
             f"--program={BUILD}/benchmarks/fcl_fibers_step_in_cpp",
         ],
         "trade": [

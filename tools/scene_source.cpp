@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scene_source.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
@@ -10,8 +11,6 @@
 #include <stdexcept>
 #include <string_view>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "messages.h"
 
@@ -97,7 +96,9 @@ SceneSource readFile(const std::string& path, const io::FiberFileOptions& option
 }  // namespace
 
 std::string SceneGroup::text() const {
-  return fmt::format("group {}{}", number, name.empty() ? "" : ", " + name);
+  char digits[32];
+  const auto end = std::to_chars(std::begin(digits), std::end(digits), number).ptr;
+  return "group " + std::string(digits, end) + (name.empty() ? "" : ", " + name);
 }
 
 bool isFile(const std::string& text) {

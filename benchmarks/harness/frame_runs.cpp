@@ -17,8 +17,8 @@ constexpr double kSlowFrame = 0.1;
 
 // Seconds that all runs of one contender are to take, but a spread needs so many runs.
 constexpr double kSecondsPerContender = 1;
-constexpr double kLeastRuns = 5, kMostRuns = 9;
-constexpr double kLeastRunsOfLarge = 3;
+constexpr double kLeastRuns = 7, kMostRuns = 15;
+constexpr double kLeastRunsOfLarge = 5;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
 
 /// Pairs that fcl::collide is called on in a frame, and at most in a run.

@@ -18,7 +18,7 @@ FCL = {
     "SpatialHashing": "FCL spatial hashing",
     "Naive": "FCL naive",
 }
-RUN_ONCE = ("Bullet", "coal")  # where they take long
+RUNS = 5  # at least; what takes long and is no manager of FCL's may have one
 ROUNDING = 0.01  # Bounds are rounded outward: so many more pairs are the same work.
 
 # What the callback does with a pair, by how the contender's name ends; what a careful user
@@ -51,6 +51,8 @@ TOUCHING_TEST = "Touching pairs: FCL, tight boxes, a closed-form capsule test"
 TOUCHING_TIGHT = "Touching pairs: FCL, tight boxes, fcl::collide"
 TOUCHING_STOCK = "Touching pairs: FCL, stock boxes, fcl::collide"
 COAL_TEST = "Touching pairs: coal, tight boxes, a closed-form capsule test"
+EMBREE_TEST = "Touching pairs: Embree, a closed-form capsule test"
+GRID_TEST = "Touching pairs: a uniform grid over midpoints, a closed-form capsule test"
 EMBREE, EMBREE_2 = (f"Update + detection: Embree, {n}" for n in ("1 thread", "2 threads"))
 GRID = "Update + detection: a uniform grid over midpoints"
 
@@ -77,6 +79,8 @@ def _rows():
         "tight",
         COLLIDE,
     )
+    yield Row(EMBREE_TEST, "Embree", "frame", CAPSULES, then=TEST)
+    yield Row(GRID_TEST, "Grid", "frame", CAPSULES, then=TEST)
     yield Row(EMBREE, "Embree")
     yield Row(EMBREE_2, "Embree", ours=BOXES + "_2_threads", threads=2)
     for key, what in (("update", "Update"), ("set_up", "Set-up")):
@@ -199,9 +203,8 @@ class Scene:
 
     def runs(self, name, key):
         runs = self.part.runs("Frames", name, key)
-        least = 3 if self.segments >= 1_000_000 else 5
-        if len(runs) < least and not name.startswith(RUN_ONCE):
-            raise ValueError(f"{self.part.file}: {name} has {len(runs)} runs, not {least}")
+        if len(runs) < RUNS and (len(runs) > 1 or is_fcls(name) or name == BOXES):
+            raise ValueError(f"{self.part.file}: {name} has {len(runs)} runs, not {RUNS}")
         return runs
 
     def has(self, library):

@@ -119,9 +119,10 @@ def told(parts, key):
 
 
 def circumstances(parts):
-    """One line: machine, compiler, build type, versions of the peers, commit and hash of code."""
-    machine, compiler, build_type, peers, commit, code = (
-        told(parts, key) for key in ("machine", "compiler", "build_type", "peers", "commit", "code")
+    """One line: machine, compiler, build type, versions of libraries, commit and hash of code."""
+    machine, compiler, build_type, libraries, commit, code = (
+        told(parts, key)
+        for key in ("machine", "compiler", "build_type", "libraries", "commit", "code")
     )
-    peers = "" if peers == "unknown" else f"{peers}; "
-    return f"{machine}; {compiler}, {build_type}; {peers}commit {commit}, code {code}."
+    libraries = "" if libraries == "unknown" else f"{libraries}; "
+    return f"{machine}; {compiler}, {build_type}; {libraries}commit {commit}, code {code}."

@@ -29,6 +29,7 @@ def of_frames(parts):
         (ratios.SET_UP_WITH_BOXES, "set-up: FCL's fastest, either boxes"),
         (ratios.TOUCHING_TEST, "what touches, a frame: FCL's tree, our test of two capsules"),
         (ratios.COAL_TEST, "what touches, a frame: coal's tree, our test of two capsules"),
+        (ratios.GRID_TEST, "what touches, a frame: a uniform grid, our test of two capsules"),
         (ratios.EMBREE, "all pairs of boxes, a frame: Embree's fastest tree"),
         (ratios.GRID, "all pairs of boxes, a frame: a uniform grid over midpoints"),
     ):

@@ -52,7 +52,7 @@ using NarrowPhase = std::function<bool(const Object& a, const Object& b, Touch* 
 bool closedForm(const Object& a, const Object& b, Touch* touch) {
   if (!benchmarks::capsulesTouch(a, b)) return false;
   if (touch == nullptr) return true;
-  const benchmarks::CapsuleAxis<double> p(a), q(b);
+  const benchmarks::CapsuleAxis<double> p = benchmarks::axisOf(a), q = benchmarks::axisOf(b);
   const auto near = benchmarks::nearestPoints(p, q);
   const fcl::Vector3d way = near.q - near.p;
   const double distance = way.norm();
