@@ -24,6 +24,7 @@ NOTES = {
     row: "Embree visits both orders of each pair, as it has no other query"
     for row in (ratios.EMBREE, ratios.EMBREE_2, ratios.EMBREE_TEST)
 }
+NOTES[ratios.GRID] = "which counts pairs and hands none on"
 
 
 def scenes_of(parts):
