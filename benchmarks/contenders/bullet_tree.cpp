@@ -40,6 +40,14 @@ class BulletTree : public ForeignTree {
     forEachPair([&](std::size_t a, std::size_t b) { callback(object(a), object(b), cdata); });
   }
 
+  std::size_t countTouching() const override {
+    const std::vector<CapsuleAxis<double>> capsules = axes();
+    std::size_t count = 0;
+    forEachPair(
+        [&](std::size_t a, std::size_t b) { count += capsulesTouch(capsules[a], capsules[b]); });
+    return count;
+  }
+
   PairCount countPairs() const override {
     std::size_t pairs = 0;
     forEachPair([&](std::size_t, std::size_t) { ++pairs; });

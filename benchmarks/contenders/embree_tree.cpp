@@ -166,6 +166,20 @@ class EmbreeTree : public ForeignTree {
     return {pairs, visited};
   }
 
+  std::size_t countTouching() const override {
+    const std::vector<CapsuleAxis<double>> capsules = axes();
+    std::atomic<std::size_t> count{0};
+    forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int size) {
+      std::size_t found = 0;
+      for (unsigned int i = 0; i < size; ++i) {
+        const RTCCollision& pair = collisions[i];
+        if (isPair(pair)) found += capsulesTouch(capsules[pair.primID0], capsules[pair.primID1]);
+      }
+      count.fetch_add(found, std::memory_order_relaxed);
+    });
+    return count;
+  }
+
   std::size_t libraryBytes(std::size_t) const override {
     return static_cast<std::size_t>(bytes_->load());
   }

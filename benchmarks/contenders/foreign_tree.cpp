@@ -9,7 +9,6 @@
 
 #include <fcl/config.h>
 
-#include "contenders/closed_form.h"
 #include "contenders/narrow_phase.h"
 
 namespace fcl_fibers::benchmarks {
@@ -53,13 +52,11 @@ void ForeignTree::readBoxes() {
       });
 }
 
-std::size_t ForeignTree::countTouching() const {
-  std::size_t count = 0;
-  collide(&count, [](Object* a, Object* b, void* data) {
-    *static_cast<std::size_t*>(data) += capsulesTouch(*a, *b);
-    return false;
-  });
-  return count;
+std::vector<CapsuleAxis<double>> ForeignTree::axes() const {
+  std::vector<CapsuleAxis<double>> all;
+  all.reserve(size());
+  for (const Object* const object : objects_) all.push_back(axisOf(*object));
+  return all;
 }
 
 NarrowPhase ForeignTree::collideSome(const std::vector<std::pair<Object*, Object*>>& pairs) const {

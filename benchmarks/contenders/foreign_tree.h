@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "contenders/closed_form.h"
 #include "contenders/contender.h"
 #include "parallel/executor.h"
 
@@ -58,15 +59,15 @@ class ForeignTree : public Manager, public ForeignManager {
   void distance(void*, fcl::DistanceCallBack<double>) const override { refuse(); }
   void distance(Manager*, void*, fcl::DistanceCallBack<double>) const override { refuse(); }
 
-  /// Of FCL's objects, by default.
-  ///@{
-  std::size_t countTouching() const override;
+  /// Of FCL's objects.
   NarrowPhase collideSome(const std::vector<std::pair<Object*, Object*>>& pairs) const override;
-  ///@}
 
  protected:
   /// Reads the tight boxes from the poses, as our manager does.
   void readBoxes();
+
+  /// Of all objects, in their order: what a test of pairs reads.
+  std::vector<CapsuleAxis<double>> axes() const;
 
   /// Without the copy of the boxes, which only this class needs.
   std::size_t libraryBytes(std::size_t allocated) const override {

@@ -14,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "contenders/closed_form.h"
 #include "contenders/foreign_tree.h"
 
 namespace fcl_fibers::benchmarks {
@@ -44,11 +43,12 @@ class GridTree : public ForeignTree {
   }
 
   std::size_t countTouching() const override {
-    std::vector<CapsuleAxis<double>> axes;
-    axes.reserve(size());
-    for (const std::uint32_t id : ids_) axes.push_back(axisOf(*object(id)));
+    std::vector<CapsuleAxis<double>> sorted;
+    sorted.reserve(size());
+    for (const std::uint32_t id : ids_) sorted.push_back(axisOf(*object(id)));
     std::size_t count = 0;
-    forEachPair([&](std::size_t i, std::size_t j) { count += capsulesTouch(axes[i], axes[j]); });
+    forEachPair(
+        [&](std::size_t i, std::size_t j) { count += capsulesTouch(sorted[i], sorted[j]); });
     return count;
   }
 

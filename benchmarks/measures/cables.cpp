@@ -23,7 +23,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 9, kSlowRuns = 3;
+constexpr int kRuns = 9, kSlowRuns = 5;
 constexpr double kSlow = 1;  // seconds
 constexpr int kLinks = 20, kSegments = 100;
 constexpr double kLink = 0.1;                         // m, from one link to the next

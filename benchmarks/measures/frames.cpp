@@ -25,7 +25,7 @@ constexpr int kTryPart = 4;
 /// once: its rank is certain.
 constexpr double kFarBehind = 8;
 
-/// A tree of another library that is not tried is run once where a frame takes longer.
+/// Bullet is run once where a frame takes longer.
 constexpr double kLongFrame = 2;
 
 /// A frame that takes longer is timed by the check alone.
@@ -213,7 +213,7 @@ bool measure(const Request& request) {
         runs.emplace_back(contender, checked[i], motion, chosen[i].last);
     const bool far_behind =
         (contender.group == Group::kFclOthers && frame > kFarBehind * fastest) ||
-        (contender.group == Group::kForeign && frame > kLongFrame);
+        (contender.manager == "Bullet" && frame > kLongFrame);
     frame_runs.registerFrames(far_behind ? 1 : 0, chosen[i].pair_work);
   }
   registerFloor(motion);

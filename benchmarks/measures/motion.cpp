@@ -25,7 +25,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 5, kSlowRuns = 3;
+constexpr int kRuns = 7, kSlowRuns = 5;
 constexpr double kSlow = 5;         // seconds
 constexpr double kMostSwept = 150;  // radii, of boxes around both positions; more take minutes
 constexpr int kJudgedPart = 10;     // one out of so many fibers

@@ -22,7 +22,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = HeadScene::kRuns, kSlowRuns = 3;
+constexpr int kRuns = HeadScene::kRuns, kSlowRuns = 5;
 constexpr double kSlow = 1;  // seconds
 
 /// Numbers of segments in the scene.

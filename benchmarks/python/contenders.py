@@ -173,7 +173,7 @@ class WarpBvh(Contender):
         with wp.ScopedDevice("cpu"):
             self.points = wp.array(self.prepare(0), wp.vec3)
             low, high = wp.empty(count, wp.vec3), wp.empty(count, wp.vec3)
-            self.found, self.counter = wp.empty((4 * count, 2), int), wp.empty(1, int)
+            self.found, self.counter = wp.empty((16 * count, 2), int), wp.empty(1, int)
             capsules = [self.points, wp.array(self.starts, int), float(self.radius), low, high]
             self.bounds = partial(wp.launch, bounds, count, capsules, device="cpu")
             self.bounds()
@@ -190,7 +190,10 @@ class WarpBvh(Contender):
         self.bvh.refit()
         self.counter.zero_()
         self.query()
-        return self.found.numpy()[: self.counter.numpy()[0]]
+        count = self.counter.numpy()[0]
+        if count > len(self.found):
+            raise RuntimeError(f"warp: {count} pairs do not fit into {len(self.found)}")
+        return self.found.numpy()[:count]
 
     def check(self, found, truth):
         truth.alike(found)
@@ -227,8 +230,9 @@ def warp_kernels(wp):
                 near = wp.closest_point_edge_edge(p[a], p[a + 1], p[b], p[b + 1], 1.0e-12)
                 if near[2] <= 2.0 * r:
                     at = wp.atomic_add(counter, 0, 1)
-                    found[at, 0] = a
-                    found[at, 1] = b
+                    if at < found.shape[0]:
+                        found[at, 0] = a
+                        found[at, 1] = b
 
     return bounds, touching
 

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of fibers in motion: what a step costs."""
 
+from ratios import READ as READ_RATIOS
 from ratios import median_of, ratio_of
 from tables import Rows, Table, chosen, count, digits, time, title
 
 READ = (
     "A step of the cap in the wind, named by its mean motion. Times are medians on one thread. "
-    "Ratios are of medians of runs that take turns."
-)
+    "Times of the static query or update are medians of the ratios of runs. "
+) + READ_RATIOS
 
 
 class Motion:

@@ -3,15 +3,13 @@
 
 from dataclasses import dataclass
 
+import ratios
 from ratios import Ratio, ratio_of
 from tables import Table, chosen, count, digits, time, title
 
 HAIR = ("cap", "combed")
 SETS = ("all segments", "without roots")
-READ = (
-    "Times are medians on one thread. A ratio is one of medians, with the lowest and the highest "
-    "that single runs allow."
-)
+READ = "Times are medians on one thread. " + ratios.READ
 
 
 @dataclass

@@ -3,7 +3,6 @@
 
 import re
 from dataclasses import dataclass
-from functools import cached_property
 
 import interval
 from tables import digits
@@ -18,7 +17,7 @@ FCL = {
     "SpatialHashing": "FCL spatial hashing",
     "Naive": "FCL naive",
 }
-RUNS = 5  # at least; what takes long and is no manager of FCL's may have one
+RUNS = 5  # at least, for an interval; what takes long and is no manager of FCL's may have one
 ROUNDING = 0.01  # Bounds are rounded outward: so many more pairs are the same work.
 
 # What the callback does with a pair, by how the contender's name ends; what a careful user
@@ -51,6 +50,7 @@ TOUCHING_TEST = "Touching pairs: FCL, tight boxes, a closed-form capsule test"
 TOUCHING_TIGHT = "Touching pairs: FCL, tight boxes, fcl::collide"
 TOUCHING_STOCK = "Touching pairs: FCL, stock boxes, fcl::collide"
 COAL_TEST = "Touching pairs: coal, tight boxes, a closed-form capsule test"
+COAL_COLLIDE = "Touching pairs: coal, tight boxes, coal::collide"
 EMBREE_TEST = "Touching pairs: Embree, a closed-form capsule test"
 GRID_TEST = "Touching pairs: a uniform grid over midpoints, a closed-form capsule test"
 EMBREE, EMBREE_2 = (f"Update + detection: Embree, {n}" for n in ("1 thread", "2 threads"))
@@ -70,15 +70,9 @@ def _rows():
         yield Row(TOUCHING_STOCK + suffix, "FCL", "frame", ours, "stock", COLLIDE)
     yield Row("Detection: coal, tight boxes", "coal", "detection", BOXES, "tight", same_pairs=True)
     yield Row("Update: coal", "coal", "update")
+    yield Row("Set-up: coal", "coal", "set_up")
     yield Row(COAL_TEST, "coal", "frame", CAPSULES, "tight", TEST)
-    yield Row(
-        COAL_TEST.replace("a closed-form capsule test", "coal::collide"),
-        "coal",
-        "frame",
-        CAPSULES,
-        "tight",
-        COLLIDE,
-    )
+    yield Row(COAL_COLLIDE, "coal", "frame", CAPSULES, "tight", COLLIDE)
     yield Row(EMBREE_TEST, "Embree", "frame", CAPSULES, then=TEST)
     yield Row(GRID_TEST, "Grid", "frame", CAPSULES, then=TEST)
     yield Row(EMBREE, "Embree")
@@ -87,17 +81,19 @@ def _rows():
         yield Row(f"{what}: Embree, 1 thread", "Embree", key)
         yield Row(f"{what}: Embree, 2 threads", "Embree", key, BOXES + "_2_threads", threads=2)
     yield Row(GRID, "Grid")
+    yield Row(GRID + ", 2 threads", "Grid", ours=BOXES + "_2_threads", threads=2)
     yield Row("Update + detection: Bullet", "Bullet")
 
 
 ROWS = {row.title: row for row in _rows()}
 
 READ = (
-    "Ratios are of medians, with their 95 % intervals. One is 'as fast' where the interval lies "
-    "within 0.9 to 1.1, and 'too noisy to tell' where its ends differ by a factor above 1.5."
+    "Ratios are of medians, with their 95 % intervals, of runs in one process. One is 'as fast' "
+    "where the interval lies within 0.9 to 1.1, and 'too noisy to tell' where its ends differ by a "
+    "factor above 1.5. Fewer than five runs have no interval."
 )
 NOISY = 1.5  # An interval whose ends differ by more tells nothing.
-AS_FAST = (0.9, 1.1)
+AS_FAST, NEAR_ONE = (0.9, 1.1), (0.8, 1.25)
 
 
 @dataclass
@@ -108,21 +104,21 @@ class Ratio:
     low: float
     high: float
     against: str = ""  # the name of the other
-    is_single: bool = False  # of one run, which has no interval
+    runs: int = 0  # if they are too few for an interval
 
     def text(self, with_boxes=False):
         """`with_boxes`: and which ones FCL had, tight or stock."""
-        if self.is_single:
-            return f"about {digits(self.value, 2)}x, one run"
-        # Of the interval as it is shown, so that the reader sees the rule.
-        low, high = (digits(side, 2) for side in (self.low, self.high))
-        least, most = (float(side.replace(",", "")) for side in (low, high))
-        if most > NOISY * least:
+        if self.runs:
+            return f"about {digits(self.value, 2)}x, {self.runs} run" + "s" * (self.runs > 1)
+        # Near the limits of the rule the reader sees enough digits.
+        count = 3 if NEAR_ONE[0] < self.low and self.high < NEAR_ONE[1] else 2
+        low, high = (digits(side, count) for side in (self.low, self.high))
+        if self.high > NOISY * self.low:
             verdict = "too noisy to tell"
-        elif AS_FAST[0] <= least and most <= AS_FAST[1]:
+        elif AS_FAST[0] <= self.low and self.high <= AS_FAST[1]:
             verdict = "as fast"
         else:
-            verdict = f"{digits(self.value, 2)}x"
+            verdict = f"{digits(self.value, count)}x"
         boxes = f", {boxes_of(self.against)}" if with_boxes else ""
         return f"{verdict} ({low} to {high}){boxes}"
 
@@ -130,12 +126,18 @@ class Ratio:
 def ratio_of(theirs, ours, against=""):
     """Of two series of runs."""
     ends = interval.of_ratio(theirs, ours)
-    return Ratio(theirs.median() / ours.median(), *ends, against, len(theirs) == 1)
+    return Ratio(theirs.median() / ours.median(), *ends, against, few(theirs, ours))
 
 
 def median_of(ratios):
     """Of ratios of single runs, each of which has taken both times by turns."""
-    return Ratio(ratios.median(), *interval.of_ratio(ratios, 1))
+    return Ratio(ratios.median(), *interval.of_ratio(ratios, 1), runs=few(ratios))
+
+
+def few(*series):
+    """The least number of runs, if it is too small for an interval."""
+    least = min(map(len, series))
+    return least if least < RUNS else 0
 
 
 def boxes_of(name):
@@ -162,7 +164,7 @@ class Scene:
 
     def __init__(self, name, part):
         self.name, self.part = name, part
-        self.contenders = part.names("Frames")
+        self.contenders, self._ratios = part.names("Frames"), {}
         first = part.names("Checked")[0]
         self.segments = part.median("Checked", first, "segments")
         self.fibers = part.median("Checked", first, "fibers")
@@ -211,12 +213,13 @@ class Scene:
         """False where it is not installed."""
         return library not in self.part.context["left_out"]
 
-    @cached_property
-    def ratios(self):
-        """By the title of a row; None where the library was not measured."""
-        return {title: self.ratio(row) for title, row in ROWS.items()}
+    def ratio(self, title):
+        """Of the row of that title; None where the library was not measured."""
+        if title not in self._ratios:
+            self._ratios[title] = self._ratio(ROWS[title])
+        return self._ratios[title]
 
-    def ratio(self, row):
+    def _ratio(self, row):
         names = self.of(row.library, row.boxes, row.then, row.threads)
         if not names and row.library != "FCL":
             return None

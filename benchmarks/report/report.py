@@ -76,7 +76,7 @@ class Report:
         self.missing = [name for name in names if name not in self.parts]
         if HAIR in self.parts:
             self.missing = []
-        self.blocks, self.main, self.sentences = [], [], {}
+        self.blocks, self.main, self.sentences, self.files = [], [], {}, {}
         self.on_page_alone = set()
 
     def has(self, files):
@@ -86,6 +86,7 @@ class Report:
         """A table of such files, if there are any."""
         if self.has(files):
             table = make(*arguments)
+            self.files[table.name] = files
             (self.main if isinstance(table, MainTable) else self.blocks).append(table)
 
     def draw(self, files, name, title, caption, make, *arguments):
@@ -101,10 +102,15 @@ class Report:
 
     @property
     def machine(self):
-        return told(self.parts, "machine").split(", ")[0]
+        """The kind of machine: its processor, and the target of our SIMD."""
+        simd = {part.context["simd"] for part in self.parts.values() if "simd" in part.context}
+        return ", ".join([told(self.parts, "machine").split(", ")[0], *sorted(simd)[:1]])
 
-    def source(self, command):
-        return f"`{command}`, {circumstances(self.parts)}"
+    def source(self, name, command):
+        """What the table of that name is of."""
+        files = self.files.get(name, ".*")
+        parts = {name: part for name, part in self.parts.items() if re.fullmatch(files, name)}
+        return f"`{command}`, {circumstances(parts)}"
 
 
 def headline(folder):
@@ -270,16 +276,20 @@ def write_documents(report, root):
     """Renews the marked tables and figures of the documents, the other tables in docs/measured, and
     the pictures, all of what was measured."""
     tables, main = report.tables(), {table.name: table for table in report.main}
+    if " and " in told(report.parts, "machine"):
+        raise ValueError(f"{report.folder} has results of several machines")
     marked = {
         m[2]: m[3] for path in documents(root) for m in MARK.finditer(path.read_text("utf-8"))
     }
+    if report.missing:
+        main = {}  # which would have the least of some scenes as that of all
     for name in main.keys() - marked.keys():
         raise ValueError(f"no document has a mark for the table {name}")
     store = root / MEASURED / "machines.json"
     store.parent.mkdir(parents=True, exist_ok=True)
     known = machines.read(store)
     for name, table in main.items():
-        source = report.source(marked[name])
+        source = report.source(name, marked[name])
         known[name] = machines.renewed(known, table, report.machine, source)
     if main:
         store.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
@@ -289,7 +299,7 @@ def write_documents(report, root):
         if name in main:
             return f"{head}\n{machines.markdown(main[name], known[name])}\n\n{foot}"
         if name in tables:
-            return f"{head}\n{tables[name].markdown()}\n\n{report.source(command)}\n\n{foot}"
+            return f"{head}\n{tables[name].markdown()}\n\n{report.source(name, command)}\n\n{foot}"
         return mark[0]
 
     def figure(mark):
@@ -304,7 +314,7 @@ def write_documents(report, root):
 
     command = "benchmarks/run.sh" + ("" if report.kind == "headline" else f" --{report.kind}")
     for name, table in others.items():
-        text = table.csv(report.source(command))
+        text = table.csv(report.source(name, command))
         (root / MEASURED / file_of(name)).write_text(text, encoding="utf-8")
     for path in documents(root):
         text = MARK.sub(renewed, path.read_text(encoding="utf-8"))

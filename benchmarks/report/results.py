@@ -85,7 +85,7 @@ class Part:
 def key_of(run):
     """Kind and name, without the scene where it ends the name: the file is of one."""
     words = re.split("/(?:iterations:|repeats:|manual_time)", run["run_name"])[0].split("/")
-    ends = {"Tried": 3, "Checked": 3, "Frames": 3, "Replay": 3, "Chain": 3, "Bound": 2}
+    ends = {"Tried": 3, "Checked": 3, "Frames": 3, "Replay": 3, "Chain": 3}
     return words[0], "/".join(words[1 : ends.get(words[0])])
 
 
@@ -115,7 +115,9 @@ def load(folder, names):
 
 def told(parts, key):
     """What the contexts of all parts have, each once."""
-    return " and ".join(dict.fromkeys(part.context.get(key, "unknown") for part in parts.values()))
+    found = dict.fromkeys(part.context.get(key, "unknown") for part in parts.values())
+    known = [text for text in found if text != "unknown"]
+    return " and ".join(known or found)
 
 
 def circumstances(parts):

@@ -24,6 +24,8 @@ RECORDED = {
     "headline/frames_cap": ["frames", "--scene=cap:fibers=20,segments=10"],
     "headline/frames_paper-dynamic": ["frames", "--steps=5", DYNAMIC],
     "full/frames_helix": ["frames", "--against=full", HELIX],
+    "full/best_helix_debian": ["frames", "--against=fcl", HELIX],
+    "full/best_helix_float": ["frames", "--against=fcl", "--scalar=float", HELIX],
     "full/queries": ["queries", "--benchmark_filter=collide, one|/spheres/"],
     "full/clients": ["clients", "--benchmark_filter=/9 capsules, self|/2 of 100"],
     "full/shapes": [
@@ -93,7 +95,10 @@ RECORDED = {
     "threads/threads_helix": ["threads", HELIX, "--threads=1,2,4"],
 }
 RUNS = 5  # of each name: a ratio asks for so many
-CONTEXT = ("machine", "compiler", "build_type", "commit", "code", "left_out")
+CONTEXT = (
+    *("machine", "compiler", "build_type", "commit", "code", "left_out"),
+    *("libraries", "simd"),
+)
 COUNTS = ("segments", "contacts", "pieces", "judged_pieces")
 READ = (
     "run_type",
