@@ -85,7 +85,7 @@ def scene_table(name, part):
         what += f" in a sample of {100 * share:.2g} %, which may hide {100 * bound:.2g} %"
     header = [what, "time", "times", "bytes", "missed", "false", "depth", "normal", "place"]
     caption = (
-        "Times are medians of a frame on one thread, and multiples of those of the first row, "
+        "Times are medians of a frame on one thread, and multiples of those of the default, "
         "which took turns with them. Bytes are of a segment. Missed are of the contacts, false of "
         "the pairs reported. Depth and place are median errors in radii, normal in degrees. * is "
         "on the front."
