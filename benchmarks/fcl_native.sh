@@ -38,9 +38,10 @@ if [[ ! -d $prefix/source ]]; then
 fi
 
 flags=(-G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS=-march=native)
-cmake -S "$prefix/source" -B "$prefix/fcl" "${flags[@]}" -DCMAKE_INSTALL_PREFIX="$prefix" \
+# CMake would take a folder named fcl in the prefix for the installed FCL.
+cmake -S "$prefix/source" -B "$prefix/objects" "${flags[@]}" -DCMAKE_INSTALL_PREFIX="$prefix" \
   -DBUILD_TESTING=OFF -DFCL_USE_X64_SSE=OFF -DFCL_NO_DEFAULT_RPATH=OFF
-cmake --build "$prefix/fcl" --target install
+cmake --build "$prefix/objects" --target install
 cmake -S . -B "$prefix/build" "${flags[@]}" -DCMAKE_PREFIX_PATH="$prefix" \
   -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON -DFCL_FIBERS_BUILD_TOOLS=OFF \
   -DFCL_FIBERS_BUILD_PYTHON=OFF

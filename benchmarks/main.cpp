@@ -16,12 +16,12 @@
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
 //   fcl_fibers_bench --measure=shapes|narrow|unused [SCENE]
 //   fcl_fibers_bench --measure=arms|queries|clients|costs
-//   fcl_fibers_bench --measure=chain|chain-claims|radii|rods|pictures      the paper's
+//   fcl_fibers_bench --measure=pictures                                 the paper's
 //   fcl_fibers_bench --measure=cascade [SCENE] [--runs=N]               the paper's
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=WHOM      the paper's
 //   fcl_fibers_bench --measure=replay --scene=SCENE --against=WHOM      the paper's
 //
-// WHOM is headline, full, all, fcl, paper, paper_all, or names of contenders, NAME,... Of these,
+// WHOM is headline, full, fcl, paper, paper_all, or names of contenders, NAME,... Of these,
 // fcl is short: ours, and FCL's fastest trees with the closed form of two capsules. In float, only
 // FCL's managers and ours are measured. Add --benchmark_out=FILE.json and any other flag of Google
 // Benchmark. SCENE is --scene=NAME:key=value,... as `fcl_fibers --help` lists them, or --hair=FILE
@@ -119,7 +119,7 @@
 //   Narrow/<scene>/<scalar>/<who>/touch  a pair of capsules whose boxes overlap, in the unit of the
 //                         scene, or of a kind that is made by formula: contacts "missed", "false"
 //                         ones, and those of these that are "beyond" what docs/numerics.md promises
-//   Narrow/.../contact    likewise with the contact: median and "most" error of "depth" and "point"
+//   Narrow/.../contact    the pair with its contact: median and "most" error of "depth" and "point"
 //                         in radii, of the "normal" in radians, and the "way" beyond the depth, in
 //                         radii, after which they are apart along the normal
 //   Motion/<who>          a step of the cap in the wind, --radii in the mean. Of ours: the update
@@ -131,15 +131,11 @@
 //   Safe/step             the safe step of two fibers in five, as thin as it takes for none to
 //                         touch at the start, and all their impacts
 //   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7
-//   Chain/...             self-collision of one chain, --chain=random|snake|straight --edge=N
 //   VolumeTests/<who>     tests of two volumes in the self query of frame 0, its leaf pairs and the
 //                         seconds of its traversal, and touching pairs. After --limit seconds
 //                         those of ours are estimates from a random "share" of the traversal: then
 //                         "made" are the tests that were made, and "error" is the relative standard
 //                         error
-//   Radii/...             radii of layered and wrapped spheres; the largest relative change of the
-//                         root's in ten other orders of its beads, "by_order"; and of its "cages",
-//                         without the root, those that are "sticking_out" of the one above
 //   Cascade/<kept>/<by>   the paper's tree through the frames of the scene, in one plain loop: the
 //                         seconds to "build" it at the first, and those of an "update", the mean of
 //                         the others; the share of the cages that are made "anew"; "tests" of a
@@ -148,9 +144,6 @@
 //                         Welzl's algorithm the tests of a ball against a sphere, the mean of all
 //                         frames. "boxes" are united or keep their basis, and have "bytes"
 //   Root/<by>             one sphere around all segments of the last frame, by Welzl's algorithm
-//   Neighbors/..., Kept/..., Pruned/...   what is said of chains, in counts; see
-//                         measures/paper/chain_claims.cpp
-//   Rod/..., Make/...     the rods that the paper's scenes are made of
 //   Picture/...           counts of what --out_dir=FOLDER gets as files
 
 #include <benchmark/benchmark.h>
@@ -202,8 +195,6 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
       ->check(CLI::IsMember({"double", "float"}));
   app.add_option("--limit", request.limit, "Seconds that a phase may take")
       ->check(CLI::Range(0.01, 1e6));
-  app.add_option("--chain", request.chain)->check(CLI::IsMember({"random", "snake", "straight"}));
-  app.add_option("--edge", request.edge)->check(CLI::Range(2, 1000));
   app.add_option("--triangles", request.triangles, "Of a head or an arm, about");
   app.add_option("--cables", request.cables)->check(CLI::Range(1, 1000000));
   app.add_option("--fibers", request.fibers, "Of the cap in motion")->check(CLI::Range(1, 330809));

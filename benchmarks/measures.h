@@ -24,9 +24,7 @@ struct Request {
   std::string against = "headline";  ///< see readAgainst()
   std::string scalar = "double";     ///< of the card: or float
   double limit = 120;                ///< seconds that a phase may take while it is checked
-  std::string chain = "random";      ///< see makeChain()
-  int edge = 16;
-  int triangles = 102400;  ///< of the head, and of an arm
+  int triangles = 102400;            ///< of the head, and of an arm
   int cables = 150;
   int fibers = 50000;        ///< of the cap in motion
   double radii = 50;         ///< of its mean motion

@@ -12,11 +12,12 @@ class Measure:
     name: str  # of the file of its results
     words: tuple  # the measure of the program and its flags; {data} is the folder of results
     program: str = "bench"  # as command_of() in run.py has it
+    title: str = ""  # of its scene in tables
     env: dict = field(default_factory=dict)
 
 
-def measure(name, words, program="bench", **env):
-    return Measure(name, tuple(words.split()), program, env)
+def measure(name, words, program="bench", title="", **env):
+    return Measure(name, tuple(words.split()), program, title, env)
 
 
 HELIX = "--scene=helix:fibers=1000,segments"
@@ -40,16 +41,17 @@ def headline():
 
 
 def live():
-    def of(name, scene, motion, steps, runs, kind="live"):
+    def of(name, scene, motion, steps, runs, kind="live", title="{}"):
         return measure(
             f"live_{name}",
             f"{kind} --scene={scene} --motion={motion} --steps={steps} --runs={runs}",
+            title=title.format(scene.split(":")[0]),
         )
 
     helix = "helix:fibers=1000,segments"
     yield of("helix", f"{helix}=100", "slow,fast,weather", 500, 3)
-    yield of("helix-objects", f"{helix}=100", "fast", 500, 1, "live-objects")
-    yield of("helix-thick", f"{helix}=100,radius=0.016", "slow,fast", 300, 1)
+    yield of("helix-objects", f"{helix}=100", "fast", 500, 1, "live-objects", "FCL's objects, {}")
+    yield of("helix-thick", f"{helix}=100,radius=0.016", "slow,fast", 300, 1, title="{}, thick")
     yield of("helix-2000", f"{helix}=2000", "slow,fast", 100, 1)
     yield of("cap", "cap:fibers=10000", "creeping", 150, 1)
     yield of("cap-frames", "cap:fibers=10000", "frames", 25, 1)
@@ -94,27 +96,30 @@ def trade(has_ponytail=True):
     yield measure("costs", "costs")
     yield measure("unused", f"unused {HELIX}=100")
     files = "{data}/scenes"
+    head = f"{files}/parting.txt --radius=0.05"
+    cables = f"{files}/cables.txt --radius=0.004"
     strand = "paper-strand:fibers=200,area=0.615,straight=1,turns=2,helix_radius=0.5,deviation=0.3"
     scalp = "paper-half-scalp:straight=1,fibers=4000,length=7,wisp_fibers=300"
-    for name, words in (
-        ("static", "paper-static"),
-        ("dynamic", "paper-dynamic"),
-        ("dynamic-step", "paper-dynamic:frame=85 --end=paper-dynamic:frame=86"),
-        ("half-scalp", scalp),
-        ("strand", strand),
-        ("wind", "cap:fibers=5000 --end=cap:fibers=5000,frame=1"),
-        ("curls", "helix:fibers=100,segments=1600"),
-        ("head", f"{files}/parting.txt --radius=0.05"),
-        ("head-mesh", f"{files}/parting.txt --radius=0.05 --mesh={files}/head.obj"),
-        ("yarn", f"{files}/tube.txt --radius=0.125"),
-        ("cables", f"{files}/cables.txt --radius=0.004"),
-        ("cables-mesh", f"{files}/cables.txt --radius=0.004 --mesh={files}/arm.obj"),
-        ("neuron", f"{files}/neuron.swc"),
-        ("tract", f"{files}/tract.txt --radius=0.05"),
-        *((("hair", "{ponytail} --radius=0.05"),) if has_ponytail else ()),
+    for name, title, words in (
+        ("static", "the paper's static assembly", "paper-static"),
+        ("dynamic", "its dynamic assembly", "paper-dynamic"),
+        ("dynamic-step", "a step of that", "paper-dynamic:frame=85 --end=paper-dynamic:frame=86"),
+        ("half-scalp", "its half scalp", scalp),
+        ("strand", "its strand", strand),
+        ("wind", "a head in the wind, a step", "cap:fibers=5000 --end=cap:fibers=5000,frame=1"),
+        ("curls", "helices, finely cut", "helix:fibers=100,segments=1600"),
+        ("head", "combed hair", head),
+        ("head-mesh", "combed hair, on its head", f"{head} --mesh={files}/head.obj"),
+        ("yarn", "yarn", f"{files}/tube.txt --radius=0.125"),
+        ("cables", "cables", cables),
+        ("cables-mesh", "cables, beside an arm", f"{cables} --mesh={files}/arm.obj"),
+        ("neuron", "a neuron", f"{files}/neuron.swc"),
+        ("tract", "a tract", f"{files}/tract.txt --radius=0.05"),
+        *((("hair", "real hair", "{ponytail} --radius=0.05"),) if has_ponytail else ()),
     ):
         picture = f"{{data}}/trade_{name}.svg"
-        yield measure(f"trade_{name}", f"trade {words} --longest=4s --picture={picture}", "trade")
+        words = f"trade {words} --longest=4s --picture={picture}"
+        yield measure(f"trade_{name}", words, "trade", title)
     yield measure("skins", f"live-skins {HELIX}=100 --motion=slow,fast --steps=100 --runs=1")
     yield measure("narrow", f"narrow {HELIX}=100")
     narrow = "narrow --scene=paper-static:fibers=1000 --benchmark_filter=^Narrow/cm/"
@@ -124,14 +129,15 @@ def trade(has_ponytail=True):
 def card():
     """All of FCL's managers and ours on the paper's scenes."""
     for scalar in ("double", "float"):
-        for name, scene in (
-            ("static", "paper-static"),
-            ("dynamic", "paper-dynamic"),
-            ("half-scalp", "paper-half-scalp"),
-            *((f"strand-{n}", f"paper-strand:fibers={n}") for n in (1000, 2000)),
+        for name, title, scene in (
+            ("static", "static assembly", "paper-static"),
+            ("dynamic", "dynamic assembly", "paper-dynamic"),
+            ("half-scalp", "half scalp", "paper-half-scalp"),
+            ("strand-1000", "strand of 1,000", "paper-strand:fibers=1000"),
+            ("strand-2000", "strand of 2,000", "paper-strand:fibers=2000"),
         ):
             words = f"card --scene={scene} --scalar={scalar} --limit=10"
-            yield measure(f"card_{name}_{scalar}", words)
+            yield measure(f"card_{name}_{scalar}", words, title=title)
 
 
 def threads():
@@ -141,17 +147,18 @@ def threads():
 
 
 def python():
-    def steps(name, words):
-        return measure(name, words, "steps")
+    def steps(name, words, title=""):
+        return measure(name, words, "steps", title)
 
     yield steps("import", "import")
     yield steps("overhead_helix-1000", f"overhead {HELIX}=100")
     yield steps("overhead_bundles-1000", "overhead --scene=bundles:1000")
     for n in (30, 100, 300):
-        yield steps(f"steps_rods-{n}", f"steps --scene=rods:{n}")
+        yield steps(f"steps_rods-{n}", f"steps --scene=rods:{n}", f"rods {n} x 50")
     for n in (100, 1000):
-        yield steps(f"steps_helix-{n}", f"steps --scene=helix:fibers={n},segments=100")
-    yield steps("steps_tract-2000", "steps --scene=bundles:2000,0.2")
+        words = f"steps --scene=helix:fibers={n},segments=100"
+        yield steps(f"steps_helix-{n}", words, f"helix {n:,} x 100")
+    yield steps("steps_tract-2000", "steps --scene=bundles:2000,0.2", "tract 2,000 x 100")
 
 
 # Straight rods at the paper's density, except the tight helix, whose rods are curved.
@@ -186,52 +193,55 @@ def table_one():
 
 def styles():
     """A sample of each traversal is enough to compare scenes."""
-    curved = "turns=2,helix_radius=0.5,deviation=0.0034"
-    straight = f"area=3.077,{LOOSE}"
-    for name, scene in (
-        ("scalp-15", SCALP),
-        ("scalp-15-rows", f"{SCALP} --rows"),
-        ("scalp-15-wisps", f"{SCALP}:wisp_fibers=300,tip_deviation=0.2"),
-        ("scalp-15-hanging", f"{SCALP}:wisp_fibers=300,hanging=1"),
-        ("scalp-7", f"{SCALP}:length=7"),
-        *((f"scalp-{n}-wisps", f"{SCALP}:wisp_fibers=300,length={n}") for n in (7, 5)),
-        *((f"scalp-{n}-hanging", f"{SCALP}:wisp_fibers=300,length={n},hanging=1") for n in (7, 5)),
-        ("strand-tight", STRAND),
-        ("strand-tight-turned", f"{STRAND}:turned=1"),
-        ("strand-dense", f"{STRAND}:area=3.077,deviation=0.00015"),
-        ("strand-loose", f"{STRAND}:{curved}"),
-        ("strand-loose-turned", f"{STRAND}:{curved},turned=1"),
-        ("strand-straight", f"{STRAND}:{straight}"),
-        ("strand-straight-turned", f"{STRAND}:{straight},turned=1"),
+    wisps = f"{SCALP}:wisp_fibers=300"
+    curved = f"{STRAND}:turns=2,helix_radius=0.5,deviation=0.0034"
+    straight = f"{STRAND}:area=3.077,{LOOSE}"
+    straight_title = "2 turns, radius 0.5 cm, straight rods, half the area"
+    for name, title, scene in (
+        ("scalp-15", "15 cm, random order", SCALP),
+        ("scalp-15-rows", "15 cm, rows", f"{SCALP} --rows"),
+        ("scalp-15-wisps", "15 cm, wisps", f"{wisps},tip_deviation=0.2"),
+        ("scalp-15-hanging", "15 cm, wisps, hanging", f"{wisps},hanging=1"),
+        ("scalp-7", "7 cm, random order", f"{SCALP}:length=7"),
+        ("scalp-7-wisps", "7 cm, wisps", f"{wisps},length=7"),
+        ("scalp-5-wisps", "5 cm, wisps", f"{wisps},length=5"),
+        ("scalp-7-hanging", "7 cm, wisps, hanging", f"{wisps},length=7,hanging=1"),
+        ("scalp-5-hanging", "5 cm, wisps, hanging", f"{wisps},length=5,hanging=1"),
+        ("strand-tight", "4 turns, radius 1 cm", STRAND),
+        ("strand-tight-turned", "4 turns, radius 1 cm, turned", f"{STRAND}:turned=1"),
+        (
+            "strand-dense",
+            "4 turns, radius 1 cm, half the area",
+            f"{STRAND}:area=3.077,deviation=0.00015",
+        ),
+        ("strand-loose", "2 turns, radius 0.5 cm", curved),
+        ("strand-loose-turned", "2 turns, radius 0.5 cm, turned", f"{curved},turned=1"),
+        ("strand-straight", straight_title, straight),
+        ("strand-straight-turned", f"{straight_title}, turned", f"{straight},turned=1"),
     ):
         against = "LayeredAABBTree/super_thread,LayeredAABBTree/capsules"
-        yield measure(
-            f"styles_{name}", f"volume-tests {scene} --limit=10 --against=paper:{against}"
-        )
+        words = f"volume-tests {scene} --limit=10 --against=paper:{against}"
+        yield measure(f"styles_{name}", words, title=title)
 
 
 def cascade():
     """Enclosing spheres by Welzl's algorithm, and cascade verification as published."""
     # Balls that move to the front take minutes on millions of segments.
     random = "--benchmark_filter=exact|/welzl/|boxes"
-    for name, scene in (
-        ("static", "--scene=paper-static:frames=0:5"),
-        ("dynamic", "--scene=paper-dynamic:frames=0:100"),
-        ("strand", f"{STRAND}:area=3.077,{LOOSE} {random}"),
-        ("half-scalp", f"{SCALP}:{WISPS} {random}"),
-        *((f"static_{n}", f"--scene=paper-static:fibers={n}") for n in range(50, 1001, 50)),
+    for name, title, scene in (
+        ("static", "static assembly", "--scene=paper-static:frames=0:5"),
+        ("dynamic", "dynamic assembly", "--scene=paper-dynamic:frames=0:100"),
+        ("strand", "loose strand of 1,000", f"{STRAND}:area=3.077,{LOOSE} {random}"),
+        ("half-scalp", "half scalp in wisps", f"{SCALP}:{WISPS} {random}"),
     ):
-        yield measure(f"cascade_{name}", f"cascade --runs=3 {scene}")
+        yield measure(f"cascade_{name}", f"cascade --runs=3 {scene}", title=title)
+    for n in range(50, 1001, 50):
+        words = f"cascade --runs=3 --scene=paper-static:fibers={n}"
+        yield measure(f"cascade_static_{n}", words)
 
 
 def paper():
-    for name in ("radii", "rods"):
-        yield measure(name, name)
     yield measure("pictures", "pictures --out_dir={data}")
-    for edge in (8, 12, 16, 24, 32, 48):
-        for kind in ("random", "snake"):
-            yield measure(f"chain_{kind}_{edge}", f"chain --chain={kind} --edge={edge}")
-    yield measure("chain-claims", "chain-claims")
     dynamic = "--scene=paper-dynamic"
     yield measure("replay", f"replay --against=paper_all {dynamic}")
     yield measure("replay_turned", f"replay --against=paper {dynamic}:turned=1")
@@ -252,6 +262,17 @@ def paper():
 SETS = {
     make.__name__: tuple(make()) for make in (headline, full, trade, python, threads, card, paper)
 }
+
+
+def titles(kind):
+    """Of the scenes of the measures `kind_NAME`, by NAME."""
+    start = kind + "_"
+    measures = (one for measures in SETS.values() for one in measures)
+    return {
+        one.name[len(start) :]: one.title
+        for one in measures
+        if one.name.startswith(start) and one.title
+    }
 
 
 def hair(kind, words):

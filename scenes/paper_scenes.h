@@ -169,7 +169,8 @@ FiberPolylines makePaperHalfScalp(const PaperHalfScalpParameters& parameters);
 /// Rods that are straight without load, as the paper's, have no weight and are helices under a
 /// torque along the axis at their tip. The first deviate is that of its size, the second tilts it.
 ///
-/// Touching pairs of 500, 1,000 and 2,000 x 2,000; the paper has 23,000 and 80,000 for the latter:
+/// Touching pairs of 500, 1,000 and 2,000 x 2,000; the paper has 23,000
+/// and 80,000 for 1,000 and 2,000:
 ///
 ///     4 turns, radius 1, deviation 0.00024       3,300,  21,600,  80,700
 ///     2 turns, radius 0.5, deviation 0.0034      5,400,  21,700,  86,600

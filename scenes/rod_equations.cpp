@@ -13,7 +13,8 @@ using Matrix = RodEquations::Matrix;
 using Vector = RodEquations::Vector;
 using Quaternion = RodEquations::Quaternion;
 
-// The last correction, in radians; moments likewise. What it leaves is of the size of its square.
+// The last correction of angles, in radians, and of moments. What it leaves is of the size of its
+// square.
 constexpr double kTolerance = 1e-6;
 constexpr double kLargestResidual = 1e-10;
 constexpr int kNewtonSteps = 40;  // for one load

@@ -79,7 +79,8 @@ struct Request {
 /// Writes a generated scene to the path, whose ending chooses the format: .vtp, .hair or .txt.
 int generate(const Request& request);
 
-/// Writes the fibers of a file in another format, likewise. No radius is needed.
+/// Writes the fibers of a file in another format, which the ending of the path chooses. No radius
+/// is needed.
 int convert(const Request& request);
 
 /// Counts, lengths, bounds, warnings, and the radius at which contact begins.

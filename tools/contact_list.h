@@ -29,7 +29,7 @@ struct CheckedFrame {
   std::optional<int> number;  ///< unless there is one frame only
   const FiberPolylines& scene;
   std::string other_title;      ///< of --against
-  const FiberPolylines* other;  ///< likewise, or null
+  const FiberPolylines* other;  ///< of --against, or null
   const std::vector<MeshFile>& meshes;
   const std::vector<SceneGroup>& groups;
   FoundPairs found;

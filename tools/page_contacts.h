@@ -26,7 +26,7 @@ struct PageContacts {
   bool stopped = false;                 ///< there are more pairs than these
   std::vector<unsigned char> touching;  ///< by first point: 1 if it is in a pair
   std::vector<Marker> markers;          ///< the deepest of two segments, the deepest last
-  std::vector<Marker> mesh_markers;     ///< likewise with a mesh
+  std::vector<Marker> mesh_markers;     ///< the deepest of a segment and a mesh, the deepest last
 };
 
 /// Finds the pairs of a scene with itself and with meshes.

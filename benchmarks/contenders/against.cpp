@@ -30,7 +30,7 @@ BasicAgainst<S> named(const std::string& list, const Contenders<S>& pool) {
   }
   if (names.empty()) return against;
   throw std::invalid_argument("--against=" + list + ": there is no '" + *names.begin() +
-                              "'; there are headline, full, all, fcl, paper, paper_all, and" + all);
+                              "'; there are headline, full, fcl, paper, paper_all, and" + all);
 }
 
 }  // namespace
@@ -64,8 +64,6 @@ BasicAgainst<S> readAgainst(const std::string& text) {
       if (text == "full" || !is_long) against.contenders.push_back(contender);
     }
     add(against.tried, allOf<S>({Group::kForeignTuned}));
-  } else if (text == "all") {
-    against.contenders = allOf<S>({Group::kOurs, Group::kFclOthers});
   } else if (text == "paper" || text == "paper_all") {
     against.contenders = paperTrees<S>();
     if (text == "paper_all") {

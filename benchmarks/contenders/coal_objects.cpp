@@ -5,7 +5,6 @@
 #include <coal/broadphase/broadphase_dynamic_AABB_tree_array.h>
 #include <coal/collision.h>
 #include <coal/shape/geometric_shapes.h>
-#include <coal/config.hh>
 
 #include "contenders/closed_form.h"
 
@@ -128,8 +127,6 @@ class TheObjects final : public CoalObjects {
     }
     return std::make_unique<ManagerOf<coal::DynamicAABBTreeCollisionManager>>(objects_, way);
   }
-
-  const char* version() const override { return COAL_VERSION; }
 
  private:
   Objects objects_;

@@ -53,7 +53,6 @@ class CoalObjects {
   /// Makes them at the first call, of lengths and radii that stay.
   virtual void move(const std::vector<PlacedCapsule>& capsules) = 0;
   virtual std::unique_ptr<CoalManager> makeManager(const CoalWay& way) = 0;
-  virtual const char* version() const = 0;
 };
 
 /// The one function of the shared object.

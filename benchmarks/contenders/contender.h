@@ -41,7 +41,7 @@ struct BasicContender {
 
   Group group;
   std::string manager;  ///< as in the benchmark's name
-  std::string variant;  ///< likewise, `_` for a space
+  std::string variant;  ///< in that name, with `_` for a space
   bool ours;            ///< what is wrong with it fails the program
   Boxes boxes;          ///< of FCL's objects, which it reads
   Reported reported;
@@ -119,7 +119,7 @@ struct BasicAgainst {
 };
 using Against = BasicAgainst<double>;
 
-/// Reads `--against`: headline, full, all, fcl, paper, paper_all, or names of contenders,
+/// Reads `--against`: headline, full, fcl, paper, paper_all, or names of contenders,
 /// `NAME,NAME`, or `paper:NAME,NAME`, where names of ours are those of paperTrees(). Throws
 /// std::invalid_argument where there is no such contender.
 template <typename S = double>

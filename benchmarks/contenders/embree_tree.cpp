@@ -228,11 +228,14 @@ class EmbreeBoxes : public BoxTree {
   }
 
   void visitPairs(const Visitor& visit) const override {
+    Pairs pairs;
     forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int count) {
+      pairs.clear();
       for (unsigned int i = 0; i < count; ++i) {
         const RTCCollision& found = collisions[i];
-        if (found.primID0 < found.primID1) visit(found.primID0, found.primID1);
+        if (found.primID0 < found.primID1) pairs.emplace_back(found.primID0, found.primID1);
       }
+      if (!pairs.empty()) visit(pairs);
     });
   }
 

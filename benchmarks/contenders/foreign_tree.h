@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <stdexcept>
@@ -113,13 +114,14 @@ struct AddLibrary {
 /// A tree over boxes alone, on one thread.
 class BoxTree {
  public:
-  /// Two boxes that overlap, by their numbers.
-  using Visitor = std::function<void(std::size_t a, std::size_t b)>;
+  /// Pairs of boxes that overlap, by their numbers.
+  using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  using Visitor = std::function<void(const Pairs& pairs)>;
 
   virtual ~BoxTree() = default;
   /// Builds it anew, as the library does this after a motion.
   virtual void update(std::vector<FloatBox> boxes) = 0;
-  /// Visits each pair once.
+  /// Visits each pair once, in blocks as the library hands them on.
   virtual void visitPairs(const Visitor& visit) const = 0;
 };
 

@@ -82,9 +82,11 @@ class EmbreeSweptTree final : public SweptTree {
  public:
   explicit EmbreeSweptTree(bool morton) : tree_(makeEmbreeBoxes(morton)) {}
   void searchCandidates(index::PairSink& sink) const override {
-    tree_->visitPairs([&](std::size_t a, std::size_t b) {
-      const tree::Pair pair = {fibers().ids[a], fibers().ids[b]};
-      sink.take({&pair, nullptr, 1});
+    std::vector<tree::Pair> pairs;
+    tree_->visitPairs([&](const BoxTree::Pairs& found) {
+      pairs.clear();
+      for (const auto& [a, b] : found) pairs.push_back({fibers().ids[a], fibers().ids[b]});
+      sink.take({pairs.data(), nullptr, pairs.size()});
     });
   }
 

@@ -142,7 +142,7 @@ class Motions {
 /// first and the other, and have to find the same. A finder has moveTo(fibers), whose time does not
 /// count, update() and visit(visitor).
 /// @param makeSearched, makeListed  make one of where fibers are, which has found all there
-/// @return what the latter has made
+/// @return what makeListed has made
 template <class MakeSearched, class MakeListed>
 auto runSteps(const std::string& motion, const SceneRequest& request, Numbers& numbers,
               const MakeSearched& makeSearched, const MakeListed& makeListed) {

@@ -195,7 +195,7 @@ def measure_steps(results, scene):
             # A simulation would not have it otherwise, so that it counts.
             for repeat in range(max(1, min(5, int(TURN / took)))):
                 seconds, _ = timed(step, frames[(turn + repeat) % 2])
-                results.add("Steps", name, seconds, **counters)
+                results.add("Steps", name, seconds, turn=turn, **counters)
 
 
 def measure_overhead(results, scene, path):

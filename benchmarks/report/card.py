@@ -11,17 +11,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from measured_sets import titles
 from pictures import INK, count_label, log_axis, png, seconds_label
-from ratios import FCL, is_fcls, set_up_key
+from ratios import FCL, is_fcls, ratio_of, set_up_key
 from tables import Table, count, digits, time, title
 
-SCENES = {
-    "static": "static assembly",
-    "dynamic": "dynamic assembly",
-    "half-scalp": "half scalp",
-    "strand-1000": "strand of 1,000",
-    "strand-2000": "strand of 2,000",
-}
 SCALARS = ("double", "float")
 PHASES = {"set_up": "construction", "update": "update", "detection": "detection"}
 OURS = ("LayeredAABBTree", "WrappedSphereTree")
@@ -47,6 +41,15 @@ PICTURE = (
     "boxes, by one check at each size, whose callback keeps the pairs. A cross is the last size "
     "before it ended; a dotted line leads from there to its name."
 )
+
+
+def scenes():
+    """What they are called, each measured in both scalars."""
+    return {
+        name[: -len("_double")]: title
+        for name, title in titles("card").items()
+        if name.endswith("_double")
+    }
 
 
 def place(name):
@@ -77,7 +80,7 @@ class Climb:
         each = self.full / fibers
         size = f"{each:,.0f}" if each == int(each) else digits(each)
         steps = f", {count(self.steps())} steps" if self.scene == "dynamic" else ""
-        return f"{SCENES[self.scene]}, {fibers:,.0f} x {size}{steps}"
+        return f"{scenes()[self.scene]}, {fibers:,.0f} x {size}{steps}"
 
     def reached(self, name):
         return self.sizes[name][-1] == self.full
@@ -145,6 +148,11 @@ class Climb:
             return self.at(name, self.full, "bytes_after_frames") / self.full
         return self.part.median("Frames", name, key)
 
+    def times(self, name):
+        """As long as the reference takes for a frame."""
+        theirs, ours = (self.part.runs("Frames", n, "frame") for n in (name, REFERENCE))
+        return ratio_of(theirs, ours)
+
     def frame(self, name):
         return self.timed(name, "frame")
 
@@ -191,7 +199,7 @@ def scene_table(scene, parts):
 
 def climbs_of(parts):
     """Those in double."""
-    found = ((scene, parts.get(f"card_{scene}_double")) for scene in SCENES)
+    found = ((scene, parts.get(f"card_{scene}_double")) for scene in scenes())
     return [Climb(scene, part) for scene, part in found if part]
 
 
@@ -221,7 +229,7 @@ def summary(parts):
             return climb.verdict(name).split("; ")[0] + variant
         if name == REFERENCE:
             return time(climb.frame(name))
-        return f"{digits(climb.frame(name) / climb.frame(REFERENCE), 2)}x{variant}"
+        return climb.times(name).text() + variant
 
     for manager in OURS:
         for variant in ("bundles", "published"):

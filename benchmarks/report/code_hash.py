@@ -5,7 +5,8 @@
     code_hash.py [ROOT]
 
 It tells whether a table is of this code where the commit alone does not: after a commit that
-changes documents only, or with changes that are not committed.
+changes documents only, or with changes that are not committed. benchmarks/report is left out,
+because it makes tables of results and measures nothing.
 """
 
 import hashlib
@@ -14,6 +15,7 @@ import sys
 from pathlib import Path
 
 FOLDERS = ("src", "include", "scenes", "benchmarks")
+OF_RESULTS = "benchmarks/report/"
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -43,14 +45,21 @@ def files_of_tree(root=ROOT):
 
 
 def files_of_commit(commit, root=ROOT):
-    """Likewise; nothing where the history is not here."""
+    """The names of contents by the names of files in a commit; nothing where the history is not
+    here."""
     lines = git(root, "ls-tree", "-r", "-z", commit, *FOLDERS).decode().split("\0")
     entries = [line.split("\t", 1) for line in lines if line]
     return {name: head.split()[2] for head, name in entries}
 
 
-def hash_of(files):
-    text = "".join(f"{content} {name}\n" for name, content in sorted(files.items()))
+def is_measured(name):
+    return not name.startswith(OF_RESULTS)
+
+
+def hash_of(files, chosen=is_measured):
+    """Of the files that are chosen by their names."""
+    names = filter(chosen, sorted(files))
+    text = "".join(f"{files[name]} {name}\n" for name in names)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 

@@ -1,20 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of pairs that live: what a step costs with a list of them, and what was listed."""
 
-from ratios import Ratio
+from measured_sets import titles
+from ratios import Ratio, median_of
 from tables import Table, chosen, count, digits, percent, time
 
-# What a scene is called, by the end of its file's name.
-SCENES = {
-    "helix": "helix",
-    "helix-objects": "FCL's objects, helix",
-    "helix-thick": "helix, thick",
-    "helix-2000": "helix",
-    "cap": "cap",
-    "cap-frames": "cap",
-    "paper-dynamic": "paper-dynamic",
-    **{f"helix-{segments}": "helix" for segments in (9, 50, 200, 1000)},
-}
 KINDS = {"helix-objects": "LiveObjects"}  # of runs; Live of the others
 MOTIONS = ("slow", "fast", "weather", "creeping", "frames")
 READ = (
@@ -39,14 +29,14 @@ class Run:
     def __init__(self, part, scene, motion):
         self.part, self.scene, self.motion = part, scene, motion
         self.kind = KINDS.get(scene, "Live")
-        self.title = f"{SCENES[scene]}, {count(self.get('segments'))} segments, {motion}"
+        self.title = f"{titles('live')[scene]}, {count(self.get('segments'))} segments, {motion}"
 
     def get(self, key):
         return self.part.median(self.kind, self.motion, key)
 
     def times(self, key, reference):
-        """Of medians of runs, each of both."""
-        return self.part.ratios(self.kind, self.motion, key, reference).median()
+        """Of runs, each of which has taken both times."""
+        return median_of(self.part.ratios(self.kind, self.motion, key, reference))
 
     def step(self):
         """How many times as fast a step is: the median of all, and their interval."""
@@ -57,9 +47,8 @@ class Run:
         return self.times("without_total", "with_total")
 
     def longest(self):
-        """The longest step, times the median one without. Of several runs the least: other programs
-        only lengthen steps."""
-        return self.part.ratios(self.kind, self.motion, "with_longest", "without_step").min()
+        """The longest step, times the median one without."""
+        return self.times("with_longest", "without_step")
 
     def times_the_loop(self):
         return self.times("with_step", "loop")
@@ -69,7 +58,7 @@ class Run:
 
 
 def runs_of(parts):
-    scenes = chosen(parts, "live", SCENES)
+    scenes = chosen(parts, "live", titles("live"))
     return [
         Run(part, scene, motion)
         for scene, part in scenes.items()
@@ -86,7 +75,7 @@ def table(parts):
         row = [run.title, digits(run.get("motion"), 2), digits(run.get("largest_motion"), 2)]
         row += [time(run.get("without_step")), time(run.get("with_step"))]
         ratios = (run.whole(), run.longest(), run.times_the_loop())
-        rows.append([*row, run.step().text(), *map(digits, ratios)])
+        rows.append([*row, run.step().text(), *(ratio.text() for ratio in ratios)])
     return Table("live", "Pairs that live", header, rows, READ)
 
 
@@ -132,8 +121,8 @@ def skins(part):
             keys = ("motion", "steps", "segments", "bytes", "listings", "skin")
             moved, steps, segments, held, listings, at_end = part.medians("LiveSkins", name, *keys)
             what = "chosen" if skin == "chosen" else f"{skin} radii"
-            ratio = part.ratios("LiveSkins", name, "without_total", "with_total").median()
-            row = [f"{digits(moved, 2)} radii, {what}", digits(ratio, 2)]
+            ratio = median_of(part.ratios("LiveSkins", name, "without_total", "with_total"))
+            row = [f"{digits(moved, 2)} radii, {what}", ratio.text()]
             row += [digits(held / segments, 2), count(100 * listings / steps), digits(at_end, 2)]
             rows.append(row)
     return Table("skins", "The skin", header, rows, SKINS_READ)

@@ -16,18 +16,9 @@ STATIC = (
 )
 REPLAY = (
     "150 fibers of 100 segments bend from straight to a loop in 100 steps. Each manager lives "
-    "through all of them. A step's time is the least over the replays."
+    "through all of them. A step's time is the median of the replays."
 )
 CAGES = "Share of cages that were recomputed. The trees are built once."
-CHAINS = (
-    "Both chains visit each point of a cubic lattice once, in random order or row after row. The "
-    "lattice is turned by 45 degrees about two axes."
-)
-RADII = (
-    "Radii of the roots. The last column is the largest ratio of a node's two radii, divided by "
-    "sqrt(h + 1)."
-)
-RODS = "Warm starts from the shape under a load that differs by 2 %. Cold has no starting shape."
 TREES = "The boxes of eight nodes over the same six fibers."
 VIEW = "Touching segments are red. Some fibers and points are left out; contacts are of all."
 AXES = {"axis_turned_0": "all but straight, along z,", "axis_turned_1": "all but straight, turned,"}
@@ -124,12 +115,12 @@ def static_caption(parts):
 
 
 def steps(part, name, counter):
-    """(step, value): the least time of the replays, which other programs disturbed least."""
+    """(step, value): the median of the replays."""
     counters = part.counters("Replay", name)
     found = sorted(column for column in counters if column.startswith(counter + ":"))
     if not found:
         raise KeyError(f"{part.file}: Replay/{name} has no {counter}")
-    return [(int(column.split(":")[1]), counters[column].min()) for column in found]
+    return [(int(column.split(":")[1]), counters[column].median()) for column in found]
 
 
 def replay_figure(part):
@@ -173,27 +164,3 @@ def cages_figure(part):
         made, kept = (steps(part, name, "cages_" + what) for what in ("recomputed", "kept"))
         curves[label_of(name)] = [(s, 100 * m / (m + k)) for (s, m), (_, k) in zip(made, kept)]
     return panels_figure([Panel("cages recomputed, %", curves, "step", marker="")])
-
-
-def chain_figure(parts):
-    panels = []
-    for kind in ("random", "snake"):
-        curves = {}
-        for part in numbered(parts, "chain_" + kind).values():
-            for name in [name for name in part.names("Chain") if name in OURS]:
-                point = part.medians("Chain", name, "segments", "volume_tests")
-                curves.setdefault(label_of(name), []).append(point)
-        n = np.array([4e2, 3e5])
-        curves["n^(4/3)"] = list(zip(n, 12 * n ** (4 / 3)))
-        curves["n"] = list(zip(n, 12 * n))
-        form = {"xscale": "log", "yscale": "log", "x_format": count_label, "y_format": count_label}
-        panels.append(Panel(f"{kind} path: tests of two volumes", curves, "segments n", **form))
-    return panels_figure(panels)
-
-
-def medians(part, kind, title, columns, caption=""):
-    """`columns`: how a counter is written, by the counter."""
-    names = sorted(part.names(kind), key=lambda name: (name.split(":")[0], len(name), name))
-    rows = [[n, *(form(part.median(kind, n, key)) for key, form in columns.items())] for n in names]
-    header = ["", *(key.replace("_", " ") for key in columns)]
-    return Table(kind.lower(), title, header, rows, caption)

@@ -1,14 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Enclosing spheres by Welzl's algorithm, and what verifies them, beside boxes."""
 
+from measured_sets import titles
 from tables import Table, chosen, digits, percent, time
 
-SCENES = {
-    "static": "static assembly",
-    "dynamic": "dynamic assembly",
-    "strand": "loose strand of 1,000",
-    "half-scalp": "half scalp in wisps",
-}
 BOXES = "boxes/union"
 WELZL = {"welzl": "Welzl", "welzl_to_front": "Welzl, balls that stand out moved to the front"}
 POLICIES = {
@@ -41,12 +36,13 @@ def cell(part, name):
 
 
 def table(parts):
-    found = chosen(parts, "cascade", SCENES)
-    titles = {BOXES: "boxes, united bottom up", "boxes/basis": "boxes, kept while a basis holds"}
+    scenes = titles("cascade")
+    found = chosen(parts, "cascade", scenes)
+    rules = {BOXES: "boxes, united bottom up", "boxes/basis": "boxes, kept while a basis holds"}
     spheres = {solver: f"spheres by {who}" for solver, who in WELZL.items()}
     for solver, who in {"exact": "spheres", **spheres}.items():
-        titles |= {f"{kept}/{solver}": f"{who}, {what}" for kept, what in POLICIES.items()}
-    rows = [[t, *(cell(part, name) for part in found.values())] for name, t in titles.items()]
+        rules |= {f"{kept}/{solver}": f"{who}, {what}" for kept, what in POLICIES.items()}
+    rows = [[t, *(cell(part, name) for part in found.values())] for name, t in rules.items()]
     rows = [row for row in rows if set(row[1:]) != {"-"}]
-    header = ["", *(SCENES[name] for name in found)]
+    header = ["", *(scenes[name] for name in found)]
     return Table("paper-cascade", "Cascade verification", header, rows, CAPTION)

@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass
 
+from measured_sets import titles
 from paper_pictures import FCL_TREE
 from tables import Rows, Table, chosen, count, digits, time
 
@@ -49,24 +50,6 @@ CONTENDERS = {
 }
 NONE = "not given"
 SLOW = ("half-scalp-wisps_WrappedSphereTree", "half-scalp_LayeredAABBTree")
-STYLES = {  # scenes of the tests of order and style, by the end of the file's name
-    "scalp-15": "15 cm, random order",
-    "scalp-15-rows": "15 cm, rows",
-    "scalp-15-wisps": "15 cm, wisps",
-    "scalp-7": "7 cm, random order",
-    "scalp-7-wisps": "7 cm, wisps",
-    "scalp-5-wisps": "5 cm, wisps",
-    "scalp-15-hanging": "15 cm, wisps, hanging",
-    "scalp-7-hanging": "7 cm, wisps, hanging",
-    "scalp-5-hanging": "5 cm, wisps, hanging",
-    "strand-tight": "4 turns, radius 1 cm",
-    "strand-tight-turned": "4 turns, radius 1 cm, turned",
-    "strand-dense": "4 turns, radius 1 cm, half the area",
-    "strand-loose": "2 turns, radius 0.5 cm",
-    "strand-loose-turned": "2 turns, radius 0.5 cm, turned",
-    "strand-straight": "2 turns, radius 0.5 cm, straight rods, half the area",
-    "strand-straight-turned": "2 turns, radius 0.5 cm, straight rods, half the area, turned",
-}
 
 
 def millions(tests):
@@ -272,7 +255,8 @@ def ratios(parts):
 def styles(parts):
     """What order, length, style and turn cost the published boxes."""
     rows = []
-    for key, part in chosen(parts, "styles", STYLES).items():
+    names = titles("styles")
+    for key, part in chosen(parts, "styles", names).items():
         case = "half scalp" if key.startswith("scalp") else "strand of 1,000"
         touching = part.median("VolumeTests", "LayeredAABBTree/capsules", "touching")
         keys = ("volume_tests", "share")
@@ -281,7 +265,7 @@ def styles(parts):
         nanoseconds = 1e9 * PAPER[case]["boxes"][2] / published
         rows.append(
             [
-                f"{case}: {STYLES[key]}",
+                f"{case}: {names[key]}",
                 count(touching),
                 ("~" if share < 1 else "") + millions(published),
                 ("~" if share_of_default < 1 else "") + millions(default),

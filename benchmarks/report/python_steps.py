@@ -1,17 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of the Python package: a step beside other packages, and what Python adds to it."""
 
+from measured_sets import titles
 from ratios import READ, median_of, ratio_of
 from tables import Table, chosen, time, time_and_interval
 
-SCENES = {  # by the end of the file's name
-    "rods-30": "rods 30 x 50",
-    "rods-100": "rods 100 x 50",
-    "rods-300": "rods 300 x 50",
-    "helix-100": "helix 100 x 100",
-    "helix-1000": "helix 1,000 x 100",
-    "tract-2000": "tract 2,000 x 100",
-}
 QUERIES = {"pairs": "pairs()", "contacts": "contacts()"}
 THREADS = {1: "1 thread", 2: "2 threads"}
 OURS = {  # a row of times each, and what it returns
@@ -83,7 +76,8 @@ def peer_cell(part, peer):
 
 
 def steps(parts):
-    scenes = chosen(parts, "steps", SCENES)
+    names = titles("steps")
+    scenes = chosen(parts, "steps", names)
 
     def row(who, returns, cell):
         return [who, returns, *map(cell, scenes.values())]
@@ -100,7 +94,7 @@ def steps(parts):
         )
     for name, (title, returns, _) in PEERS.items():
         rows.append(row(title, returns, lambda part: peer_cell(part, name)))
-    header = ["", "what it returns", *(SCENES[name] for name in scenes)]
+    header = ["", "what it returns", *(names[name] for name in scenes)]
     return Table("python-steps", "A step in Python", header, rows, READ_STEPS)
 
 

@@ -38,11 +38,9 @@ import summary
 import threads
 import trade
 from machines import MainTable
+from measured_sets import SETS, titles
 from results import circumstances, load, told
-from tables import FIGURE, MARK, Table, count, digits, documents, time
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from sets import SETS  # noqa: E402
+from tables import FIGURE, MARK, Table, documents
 
 MEASURED = Path("docs", "measured")  # tables that no document has
 HAIR = "frames_hair"
@@ -164,7 +162,7 @@ def trade_offs(folder):
     report = Report("trade", "What accuracy costs", folder)
     parts = report.parts
     report.add("trade_.*", trade.dials, parts)
-    for name in trade.SCENES:
+    for name in titles("trade"):
         report.add(f"trade_{name}", trade.scene_table, name, parts.get(f"trade_{name}"))
     report.add("skins", live.skins, parts.get("skins"))
     report.add("costs", trade.costs, parts.get("costs"))
@@ -190,11 +188,12 @@ def paper_again(folder):
     report.add("table_(?!hair).*", paper_table.ratios, parts)
     report.add("styles_.*", paper_table.styles, parts)
     report.add(
-        "(chain|axis|static|cascade|replay)_.*|radii|replay|chain-claims",
+        "(axis|static|cascade|replay)_.*|replay",
         paper_claims.table,
         parts,
     )
-    report.add(f"cascade_({'|'.join(paper_cascade.SCENES)})", paper_cascade.table, parts)
+    names = "|".join(titles("cascade"))
+    report.add(f"cascade_({names})", paper_cascade.table, parts)
     for number, (phase, what) in enumerate(zip(paper_table.PHASES, paper_table.PHASE_TITLES), 7):
         title = f"Fig. {number}. Time of {what}"
         caption = paper.static_caption(parts)
@@ -210,17 +209,6 @@ def paper_again(folder):
     for name, title in paper.AXES.items():
         if name in parts:
             report.add(name, frames.scene_table, frames.Scene(title, parts[name]))
-    title = "One chain against itself"
-    report.draw("chain_.*", "paper_chains", title, paper.CHAINS, paper.chain_figure, parts)
-    columns = {"height": count, "layered": digits, "wrapped": digits, "largest_of_bound": digits}
-    title = "Radii of layered and wrapped spheres"
-    report.add("radii", paper.medians, parts.get("radii"), "Radii", title, columns, paper.RADII)
-    columns = {"seconds": time, "iterations": count}
-    title = "One hair, bent half way to the loop"
-    report.add("rods", paper.medians, parts.get("rods"), "Rod", title, columns, paper.RODS)
-    columns = {"fibers": count, "segments": count, "seconds": time}
-    title = "Making a scene, every rod in equilibrium"
-    report.add("rods", paper.medians, parts.get("rods"), "Make", title, columns)
     for name, (title, draw) in paper_pictures.PICTURES.items():
         if "pictures" in parts:
             caption = paper_pictures.caption(parts["pictures"], name)
@@ -247,7 +235,7 @@ def card_of_managers(folder):
     parts, double = report.parts, "card_.*_double"
     report.add(double, card.summary, parts)
     report.draw(double, "card", "Frames and segments", card.PICTURE, card.picture, parts)
-    for scene in card.SCENES:
+    for scene in card.scenes():
         report.add(f"card_{scene}_.*", card.scene_table, scene, parts)
     return report
 

@@ -4,26 +4,10 @@
 import math
 import re
 
+from measured_sets import titles
 from ratios import median_of
 from tables import Table, count, digits, percent, time
 
-SCENES = {  # by file, in the order of the document
-    "static": "the paper's static assembly",
-    "dynamic": "its dynamic assembly",
-    "dynamic-step": "a step of that",
-    "half-scalp": "its half scalp",
-    "strand": "its strand",
-    "wind": "a head in the wind, a step",
-    "curls": "helices, finely cut",
-    "head": "combed hair",
-    "head-mesh": "combed hair, on its head",
-    "yarn": "yarn",
-    "cables": "cables",
-    "cables-mesh": "cables, beside an arm",
-    "neuron": "a neuron",
-    "tract": "a tract",
-    "hair": "real hair",
-}
 NOISE, SAME = 1.1, 2.0  # times and bytes, and errors, that are no difference
 
 
@@ -90,7 +74,7 @@ def scene_table(name, part):
         "the pairs reported. Depth and place are median errors in radii, normal in degrees. * is "
         "on the front."
     )
-    title = f"Trade of {SCENES[name]}"
+    title = f"Trade of {titles('trade')[name]}"
     if as_usual:
         caption += f" As the first row: {'; '.join(as_usual)}."
     return Table(f"trade {name}", title, header, rows, caption)
@@ -116,7 +100,7 @@ def dial_of(part, setting):
 def dials(parts):
     """Each setting over all scenes that have it."""
     found = {}
-    for name in SCENES:
+    for name in titles("trade"):
         part = parts.get(f"trade_{name}")
         for setting in settings(part) if part else []:
             found.setdefault(dial_of(part, setting), []).append((part, setting))

@@ -102,7 +102,7 @@ std::vector<Found> collect(std::size_t expected, std::size_t limit, Visit&& visi
   return all;
 }
 
-/// Returns make(found) of each, likewise.
+/// Returns make(found) of each, without the interpreter's lock.
 template <class Made, class Found, class Make>
 std::vector<Made> makeEach(const std::vector<Found>& all, Make&& make) try {
   std::vector<Made> made;

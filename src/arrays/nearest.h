@@ -18,7 +18,7 @@ namespace fcl_fibers::arrays {
 /// @pre no pair touches, or all have to be looked at
 void findClosest(const std::string& call, const FiberIndex& own, const FiberIndex& other,
                  parallel::UnwrittenVector<SegmentPair>& pairs);
-/// Does the same for a tree and a mesh.
+/// Replaces the content of `pairs` by the candidates for the least distance of a tree and a mesh.
 void findClosest(const FiberIndex& own, const index::PosedMesh& mesh,
                  parallel::UnwrittenVector<TrianglePair>& pairs);
 

@@ -126,7 +126,7 @@ struct PairRows {
   Row reach;              ///< how near the first ends touch
   Row taper_u, taper_v;   ///< by how much that grows along u and along v; capsules do not look
 
-  /// The sum of the squares of all lengths that an error grows with, but for the reach.
+  /// The sum of the squares of all lengths that an error grows with, except the reach.
   FCL_FIBERS_ALWAYS_INLINE Row squares() const {
     const Row of_axes = dot(w, w) + dot(u, u) + dot(v, v);
     if constexpr (kMayTaper) return of_axes + (taper_u * taper_u + taper_v * taper_v);

@@ -35,7 +35,8 @@ class FCL_FIBERS_TREE_EXPORT MeshIndex {
   void refit(const std::vector<geometry::MeshPoint>& points) {
     refitAfter([&](std::vector<geometry::MeshPoint>& own) { own = points; });
   }
-  /// Does the same after write(points) has changed the coordinates of the points in place.
+  /// Calls write(points), which changes the coordinates of the points in place, and refits the
+  /// tree.
   template <class Write>
   void refitAfter(Write&& write) {
     write(points_);

@@ -79,8 +79,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// @param fibers  the segments, with ids in [begin, end)
   void build(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
              SegmentId end, const tree::Fibers& fibers);
-  /// Does the same in a frame that was made for other segments. If the frame cannot hold a segment,
-  /// it returns false, and the index has to be built again.
+  /// Reads all segments and builds the tree in a frame that was made for other segments. If the
+  /// frame cannot hold a segment, it returns false, and the index has to be built again.
   bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
                 SegmentId end, const tree::Fibers& fibers);
 
@@ -89,10 +89,10 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// build pays, because the fibers have moved so far apart that the bundle is loose. The index is
   /// up to date even then.
   bool refit(const SegmentSource& source);
-  /// Does the same in a given frame.
+  /// Reads all segments again in a given frame. The result is that of the other refit().
   bool refit(const SegmentSource& source, const geometry::Frame& frame);
-  /// Does the same in a frame that was made for other segments. Returns whether all segments can be
-  /// read in it.
+  /// Reads all segments again in a frame that was made for other segments. Returns whether all of
+  /// them can be read in it.
   bool tryRefit(const SegmentSource& source, const geometry::Frame& frame);
 
   /// Reads all segments again and leaves the volumes to the first search that needs them. Returns

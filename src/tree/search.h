@@ -89,8 +89,8 @@ Visit visitOverlaps(const Trees& trees, const TraversalTask& task, PairBuffer& o
 template <class Trees>
 Visit visitNearest(const Trees& trees, double limit, NearestVisitor& visitor);
 
-/// Does the same for pairs with one volume. b of each pair is `second`, and segments of `group` are
-/// left out.
+/// Visit pairs with one volume alike. b of each pair is `second`, and segments of `group` are left
+/// out.
 ///@{
 template <class Tree>
 Visit visitOverlaps(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,

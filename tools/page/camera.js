@@ -113,7 +113,8 @@ class Framing {
   }
 
   /// The target in the middle of what is seen, and the least distance from it.
-  /// @param wide  of the room in the picture, half of it at distance 1; `high` likewise
+  /// @param wide  of the room in the picture, half of it at distance 1
+  /// @param high  of the room, in the same unit
   fit(right, upward, toEye, wide, high) {
     const seen = [right, upward, toEye].map(axis => this.along(axis));
     const ranges = seen.map(usualRange);

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kPiece = 64;     ///< segments
 constexpr double kBand = 1e-9;         ///< of the radii, within which rounding may decide
-constexpr double kEpsilon = 0x1p-48;   ///< of the coordinates, likewise
+constexpr double kEpsilon = 0x1p-48;   ///< of the coordinates, within which rounding may decide
 constexpr double kParallel = 1e-3;     ///< sine, below which the place of a contact is not told
 constexpr double kMeeting = 1e-3;      ///< of the radii, within which axes have no normal
 constexpr double kShortest = 0x1p-30;  ///< part of a step

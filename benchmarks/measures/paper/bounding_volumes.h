@@ -10,8 +10,7 @@
 
 namespace fcl_fibers::benchmarks {
 
-// Volumes enclose one capsule, or the volumes of two children. size() only has to order volumes of
-// the same kind. Fits and tests round to nearest.
+// Volumes enclose one capsule, or the volumes of two children. Fits and tests round to nearest.
 
 struct AxisBox {
   std::array<double, 3> low, high;
@@ -33,15 +32,6 @@ struct AxisBox {
     }
     return box;
   }
-
-  double size() const { return (high[0] - low[0]) + (high[1] - low[1]) + (high[2] - low[2]); }
-
-  friend bool overlaps(const AxisBox& p, const AxisBox& q) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (p.low[k] > q.high[k] || q.low[k] > p.high[k]) return false;
-    }
-    return true;
-  }
 };
 
 inline geometry::Vec3d asVec3(const fcl::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -59,20 +49,6 @@ struct BallVolume {
   friend bool overlaps(const BallVolume& p, const BallVolume& q) {
     const double reach = p.ball.radius + q.ball.radius;
     return squaredNorm(q.ball.center - p.ball.center) <= reach * reach;
-  }
-};
-
-/// The least ball around the balls of both children.
-struct LayeredBall : BallVolume {
-  static LayeredBall around(const Capsule& c) { return {{ballAround(c)}}; }
-  static LayeredBall around(const LayeredBall& p, const LayeredBall& q) {
-    const geometry::Vec3d between = q.ball.center - p.ball.center;
-    const double distance = norm(between);
-    if (distance + q.ball.radius <= p.ball.radius) return p;
-    if (distance + p.ball.radius <= q.ball.radius) return q;
-    const double radius = 0.5 * (distance + p.ball.radius + q.ball.radius);
-    const double part = (radius - p.ball.radius) / distance;
-    return {{{p.ball.center + part * between, radius}}};
   }
 };
 

@@ -76,19 +76,6 @@ class BinaryTree {
   std::int32_t leaf_count_ = 0;
 };
 
-/// @param capsules  by leaf
-/// @param volumes  by node
-template <class Volume>
-void fitVolumes(const BinaryTree& tree, const std::vector<Capsule>& capsules,
-                std::vector<Volume>& volumes) {
-  for (std::size_t i = tree.size(); i-- > 0;) {
-    const BinaryTree::Node& node = tree[static_cast<std::int32_t>(i)];
-    volumes[i] = node.isLeaf() ? Volume::around(capsules[static_cast<std::size_t>(node.begin)])
-                               : Volume::around(volumes[i + 1],
-                                                volumes[static_cast<std::size_t>(node.right)]);
-  }
-}
-
 /// The larger of two nodes is opened (Sobottka, Varnik and Weber, 2005, section 2).
 template <class Volume>
 struct VolumeNodes {
