@@ -29,11 +29,12 @@ struct ContactNodes {
 /// A contact without what can be computed from it and the arrays: 64 bytes for a solver that has
 /// many. Contact tells more.
 struct BareContact {
-  SegmentPair pair{-1, -1};  ///< the segments, each named by its first point; -1 if of no arrays
+  SegmentPair pair{-1, -1};  ///< the segments, named by their first points; -1 without arrays
 
-  /// Tells of which fibers the segments are: equal for equal `point_begin` and `point_end`. 0 if it
-  /// is not known, as in what capsuleContact(), shapeContact() and all other functions without a
-  /// tree return. Then accumulate() cannot tell that a contact is of an earlier build.
+  /// Identifies the arrays that the segments are of: it is equal for equal `point_begin` and
+  /// `point_end`. It is 0 if they are not known, which is so in every result of a function without
+  /// a tree, such as capsuleContact() and shapeContact(). Then accumulate() cannot tell that a
+  /// contact is of an earlier build.
   std::uint32_t layout = 0;
   std::int32_t reserved = 0;  ///< 0; room for a later version
 
@@ -51,8 +52,8 @@ struct BareContact {
   /// choice, because they are parallel or have no length, the choice depends only on the axes.
   std::array<double, 3> normal{};
 
-  /// The two points of a, then the two of b. If the contact is of two trees, those of b are points
-  /// of the other tree. The contact must be of arrays.
+  /// Returns the two points of a, then the two of b. If the contact is of two trees, b's are points
+  /// of the other tree. The segments must be of arrays, not two single capsules.
   constexpr ContactNodes<4> nodes() const {
     return {{pair.a, pair.a + 1, pair.b, pair.b + 1}, {1 - s, s, 1 - t, t}};
   }
@@ -83,20 +84,22 @@ struct Contact : BareContact {
 /// the frame of the fibers, lengths in their unit.
 ///
 /// If the axis reaches into a box, the depth is that of the shortest way of the whole capsule out.
-/// It leads out of a half-space, and to the side of a plane on which the middle of the axis is.
+/// If the axis reaches into a half-space, the way leads straight out of it. If the axis crosses a
+/// plane, the way leads to the side on which the middle of the axis is.
 ///
-/// A segment with radii at its points is a row of balls, of which one has the contact: the ball
-/// that is closest to the shape, or in a box or plane the one that leaves it last. `s` is the arc
-/// parameter of its center, and its radius is the one that counts. The segment leaves a plane to
-/// the side that takes the shorter way.
+/// A segment with radii at its points is a row of balls, and the contact is that of one of them.
+/// This is the ball that is closest to the shape, or if the axis reaches into a box or crosses a
+/// plane, the one that leaves it last. `s` is the arc parameter of its center, and its radius is
+/// the one that counts. The segment leaves a plane to the side that takes the shorter way.
 ///
-/// The error of `distance` is at most 32 eps of the sum of the radius, the axis's length, the box's
-/// sides or the sphere's or capsule's radius and length, and the ways from the shape's middle to
-/// the ends of the axis, or from the plane's point next to the origin and the plane's offset.
+/// The error of `distance` is at most 32 eps of a sum: the radius, the axis's length, the box's
+/// sides or the sphere's or other capsule's radius and length, and the ways from the shape's middle
+/// to the ends of the axis. With a plane or half-space these ways begin at its point next to the
+/// origin, and its offset is part of the sum.
 struct ShapeContact {
   std::int32_t segment = -1;  ///< the capsule, named by its first point
 
-  /// Tells of which fibers the segment is, as in BareContact.
+  /// See BareContact::layout.
   std::uint32_t layout = 0;
   FiberSegment place;  ///< place of the capsule
   double s = 0;        ///< arc parameter of the closest point on the capsule's axis, as in Contact
@@ -104,12 +107,12 @@ struct ShapeContact {
   /// Distance between the capsule's surface and the shape. It is negative if they overlap: a motion
   /// of the capsule by that depth against `normal` takes it off the shape.
   double distance = 0;
-  std::array<double, 3> point_a{};  ///< closest point of the axis, moved by the radius and `normal`
+  std::array<double, 3> point_a{};  ///< closest point of the axis, moved to the capsule's surface
   std::array<double, 3> point_b{};  ///< closest point of the shape
   std::array<double, 3> normal{};   ///< unit vector from the capsule to the shape
 
-  /// The two points of the segment. Those of a triangle are TriangleMesh::corners(), which
-  /// MeshContact::weights belong to. The contact must be of arrays.
+  /// Returns the two points of the segment. TriangleMesh::corners() returns those of a triangle, in
+  /// the order of MeshContact::weights. The segment must be of arrays.
   constexpr ContactNodes<2> nodes() const { return {{segment, segment + 1}, {1 - s, s}}; }
 };
 
@@ -123,9 +126,9 @@ struct ShapeContact {
 /// all of it is on one side. If `solid` is set, that is the side that is outside the solid at this
 /// triangle, and the depth is at least the radius.
 ///
-/// Of a segment with radii at its points one ball has the contact: the ball that is nearest to the
-/// triangle, or the one whose center is where the axis crosses. `s` is the arc parameter of
-/// its center, and its radius is the one that counts.
+/// A segment with radii at its points is a row of balls, and the contact is that of one of them:
+/// the ball that is nearest to the triangle, or the one whose center is where the axis crosses. `s`
+/// is the arc parameter of its center, and its radius is the one that counts.
 ///
 /// The normal is perpendicular to the triangle if the axis crosses it, and the motion against it is
 /// the shorter one of the two. If `solid` is set, it is perpendicular too and points into the
@@ -169,7 +172,7 @@ struct ContactForces {
   /// The first contact, by the part of it that is read.
   std::variant<const BareContact*, const ShapeContact*, const MeshContact*> first;
   std::size_t contact_size;  ///< bytes from one contact to the next
-  std::size_t count;         ///< of contacts
+  std::size_t count;         ///< number of contacts
   const double* numbers;     ///< the forces
   std::size_t numbers_each;  ///< 1 or 3
   std::size_t force_count;   ///< as many as contacts
@@ -202,8 +205,8 @@ struct FiberPair {
 };
 
 /// Returns the pairs of fibers of contacts that are in the order of their fibers, ascending by a,
-/// then by b, as with Order::kFibers. They are a range, such as std::vector, of anything with
-/// `a.fiber`, `b.fiber` and `distance`, such as Contact or ObjectContact. Throws
+/// then by b, as with Order::kFibers. The contacts are a range, such as std::vector, of anything
+/// with `a.fiber`, `b.fiber` and `distance`, such as Contact or ObjectContact. Throws
 /// std::invalid_argument if the contacts are in another order.
 ///
 ///     tree.find(Contacts{fibers, nullptr, Order::kFibers}, contacts);
@@ -270,9 +273,8 @@ FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<S>& a, const Fib
 
 /// Returns the contact of an impact that a FiberTree found, at its time. `start` and `end` are the
 /// arrays of the tree's last update, and the mesh or shape is the one that was asked about. For an
-/// impact of two trees, those of both are passed.
-/// Throws std::invalid_argument as capsuleContact() and meshContact() of a pair do, and if the time
-/// is not in [0, 1].
+/// impact of two trees, pass the arrays of both. Throws std::invalid_argument as capsuleContact()
+/// and meshContact() of a pair do, and if the time is not in [0, 1].
 ///@{
 template <typename S>
 FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<S>& start, const FiberArrays<S>& end,

@@ -17,24 +17,27 @@
 
 namespace fcl_fibers {
 
-/// Returns the contact of a capsule or sphere and an object that hasCapsuleContact() tells of, at
-/// their present poses and in either order, without fiber and segment numbers. A sphere is a
-/// capsule of length zero. The arc parameter of what is neither is 0.
+/// Returns the contact of a capsule or sphere and another object, at their present poses and in
+/// either order, without fiber and segment numbers. hasCapsuleContact() tells which objects it
+/// takes. A sphere is a capsule of length zero. An object that is neither a capsule nor a sphere
+/// has the arc parameter 0.
 ///
 /// A box and a half-space are solid. If the axis is outside, the normal is along the way between
 /// two closest points. If the axis reaches into them, or crosses a plane or triangle, `distance` is
 /// how far the whole capsule has to move against the normal until it is out of the box or
 /// half-space, or on one side of the plane or triangle. It is the shortest such way: from a box
 /// across a face or across an edge and the axis, from a half-space at the deeper end, from a plane
-/// or triangle to the nearer side. The points are those that touch after that motion, and in the
-/// middle of an axis along a plane; with a triangle they are as in MeshContact. If several ways out
-/// of a box are as short, up to 16 eps of the lengths, the first counts: across the faces of its x,
-/// y and z axis, then across edges, to the side of the axis's middle.
+/// or triangle to the nearer side. The points are those that touch after that motion; if the axis
+/// is along a plane, they are at its middle. The points with a triangle are explained at
+/// MeshContact. If several ways out of a box are as short, up to 16 eps of the lengths, the first
+/// counts: across the faces of its x, y and z axis, then across edges, to the side of the axis's
+/// middle.
 ///
-/// The error of `distance` is at most 32 eps of the sum of the radius, the axis's length, the box's
-/// sides and the ways from its middle to the axis's ends; with a plane, from its position, and of
-/// the plane's offset; with a triangle it is that of MeshContact. The pose adds 16 eps of the
-/// object's size and of the way between the two positions.
+/// The error of `distance` is at most 32 eps of a sum: the radius, the axis's length, the box's
+/// sides and the ways from the box's middle to the axis's ends. With a plane or half-space these
+/// ways begin at its position, and its offset is part of the sum. With a triangle the error is that
+/// of MeshContact. The pose adds 16 eps of the object's size and of the way between the two
+/// positions.
 ///
 /// Throws std::invalid_argument if the objects have other shapes, if a fiber manager would refuse
 /// the pose, radius or size of one, or if a number of one exceeds 2^1000.
@@ -80,11 +83,11 @@ struct ObjectContact : Contact {
 ///     manager.collide(&collector, collector.callback);
 ///     for (const auto& contact : collector.contacts()) ...
 ///
-/// Two capsules or spheres, or one and a box, plane, half-space or single triangle, have one
-/// contact, that of capsuleContact(), if they are no further apart than the manager's margin and
-/// their own margins together; Bounds explains an object's own margin. Under Report::kCapsules a
-/// pair may also be reported because a box counts in place of an object, and then it has one
-/// contact too.
+/// Two capsules or spheres, or one of them and a box, plane, half-space or single triangle, have
+/// one contact, which is that of capsuleContact(). They have it if they are no further apart than
+/// the manager's margin and their own margins together; Bounds explains an object's own margin.
+/// Under Report::kCapsules a pair may also be reported because a box counts in place of an object,
+/// and then it has one contact too.
 ///
 /// If the manager has Report::kCapsules, a capsule or sphere and a mesh of triangles have a contact
 /// for each triangle that they touch within these margins, however many there are. If a pair is

@@ -16,15 +16,15 @@
 namespace fcl_fibers {
 
 /// The first touch of two objects in a step; see FiberCollisionManager::findImpact(). The contact
-/// is that at `time`. An object's own margin, see Bounds, is part of its radius here.
+/// describes the objects at `time`. An object's own margin, see Bounds, is part of its radius here.
 struct TimedContact : Contact {
   double time = 0;  ///< in [0, 1]; 0 if they touch at the start
-  /// Whether `time` is that of the shapes: of two capsules or spheres, or of one of them and a mesh
-  /// whose triangles count. If not, it is when the boxes around them meet, which may be too early,
-  /// and only `a`, `b`, `triangle` and `time` are set.
+  /// Whether `time` is when the shapes touch. It is for two capsules or spheres, and for one of
+  /// them and a mesh whose triangles count. Otherwise `time` is when the boxes around the objects
+  /// meet, which may be too early, and only `a`, `b`, `triangle` and `time` are set.
   bool is_exact = false;
-  /// If one is a mesh: the triangle that is touched first, and of several at that time the first.
-  /// Otherwise -1. The arc parameter of the mesh is 0.
+  /// If one object is a mesh whose triangles count: the triangle that is touched first; of several
+  /// at that time, the one with the least index. Otherwise -1. The arc parameter of the mesh is 0.
   std::int32_t triangle = -1;
 };
 
@@ -62,33 +62,34 @@ struct LiveObjectPair {
 ///
 /// **Reading.** `setup` and `update` read the objects, and queries find them where they were read
 /// last. There are two exceptions. The first query after objects were registered or unregistered
-/// does the work of `setup`. A query with another fiber manager reads that manager's objects afresh
-/// in two cases: it has Report::kVolumes, and its volumes, topology or report differ from this
-/// one's; or its margin is larger than this one's and larger than its scene.
+/// does the work of `setup`. A query with another fiber manager reads the other manager's objects
+/// afresh in two cases: the other manager has Report::kVolumes, and its volumes, topology or report
+/// differ from this one's; or its margin is larger than this one's and larger than its own scene.
 ///
-/// Under Report::kCapsules the first query after an update that needs them compares the triangles
-/// of a mesh with those that it has, and reads the shape within a box. A mesh, plane or half-space
-/// that has moved since the update counts where it was. Another shape counts as a query has read it
-/// since the update, or else by the box around it where it was. Managers with
-/// FiberManagerOptions::motion, and solid meshes, leave nothing to a query.
+/// Under Report::kCapsules an update leaves two things to the first query that needs them: it
+/// compares the triangles of a mesh with those that the manager has read, and it reads the shape
+/// within a box. A mesh, plane or half-space that has moved since the update counts where it was.
+/// Another shape counts as a query has read it since the update, or else by the box around it where
+/// it was. If FiberManagerOptions::motion is set, or for a solid mesh, an update leaves nothing to
+/// queries.
 ///
 /// **Motion.** If FiberManagerOptions::motion is set, `collide` reports the pairs that touch at any
 /// time of a *step*. A step runs from where the objects were read last before beginStep() to where
 /// they are read last before the query. So several updates lengthen it, and after an update of some
-/// objects the others rest. The next beginStep() begins the next step, and endStep() ends it
-/// without one. Without a step all rest. An object that is registered during a step starts where it
-/// is first read. A `collide` with another manager sees the steps of both.
+/// objects the others rest. The next beginStep() begins the next step, and endStep() ends the step
+/// without beginning another. Without a step all objects rest. An object that is registered during
+/// a step starts where it is first read. A `collide` with another manager sees the steps of both.
 ///
-/// In between, end points and radii of capsules and spheres move linearly, also those of a capsule
-/// that turns. Any other object counts by its box, whose sides move linearly. If its shape does not
-/// turn, a capsule is tested against the shape itself, up to 2^-36 of the sizes and distance of the
-/// two. The points of an `fcl::BVHModel` move linearly, also those of a mesh that turns. If it has
-/// other triangles at the end than at the start, it rests where it is at the end. A managed object
-/// counts as it was read, even if it is the one that is passed to `collide` and has moved since. An
-/// object that is not managed, and one of a manager without a step, rests. `distance` answers for
-/// the end of the step. An update that fails leaves the start as it is, and the next one that
-/// succeeds lengthens the same step. clear() ends the step. Unregistering an object takes it out of
-/// the step. A clone has no step.
+/// During a step, end points and radii of capsules and spheres move linearly, also those of a
+/// capsule that turns. Any other object counts by its box, whose sides move linearly. If its shape
+/// does not turn, a capsule is tested against the shape itself, up to 2^-36 of the sizes and
+/// distance of the two. The points of an `fcl::BVHModel` move linearly, also those of a mesh that
+/// turns. If it has other triangles at the end than at the start, it rests where it is at the end.
+/// A managed object counts as it was read, even if it is the one that is passed to `collide` and
+/// has moved since. An object that is not managed, and one of a manager without a step, rests.
+/// `distance` answers for the end of the step. An update that fails leaves the start as it is, and
+/// the next one that succeeds lengthens the same step. clear() ends the step. Unregistering an
+/// object takes it out of the step. A clone has no step.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear. The
@@ -146,13 +147,13 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   void registerObject(Object* object) override;
   ///@}
 
-  /// Unregisters an object. All others keep their fiber and segment numbers. Fibers that start or
-  /// end at one without objects do so nowhere from then on. Throws
-  /// std::invalid_argument and changes nothing if the object is not registered, or while a query
-  /// runs.
+  /// Unregisters an object. All others keep their fiber and segment numbers. Once a fiber has no
+  /// objects left, no other fiber starts or ends at it. Throws std::invalid_argument and changes
+  /// nothing if the object is not registered, or while a query runs.
   void unregisterObject(Object* object) override;
 
-  /// Brings the tree up to date. So does the first query after objects came or went.
+  /// Brings the tree up to date. The first query after objects were registered or unregistered does
+  /// this by itself.
   /// * The call reads all objects and builds the tree if there is none, if many objects were
   ///   registered or unregistered since it was built, or if the last update failed.
   /// * In a new clone it reads all objects and refits the tree.
@@ -199,9 +200,10 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// pairs of the managed objects. The third one reports pairs of these with the objects of
   /// `other`, a manager of any class.
   ///
-  /// In the first form, an object that only another manager has is an obstacle of all categories
-  /// and no solid, because alone it does not tell what it is there. In the third form it counts as
-  /// it does there, if `other` is a fiber manager.
+  /// An object does not know the rules that another manager has for it. So in the first form, an
+  /// object that only another manager has counts as an obstacle of all categories that is not
+  /// solid. In the third form, the rules of `other` count for its objects, if it is a fiber
+  /// manager.
   ///
   /// All throw std::invalid_argument if the object, manager or callback is null, or if an object
   /// cannot be read.
@@ -217,10 +219,11 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// number of S. FiberOptions::margin has no effect here. A capsule inside a solid mesh is at
   /// distance 0 from it.
   ///
-  /// Capsules that are at least `dist` apart are skipped too: all such pairs under
-  /// Report::kCapsules, and most of them under Report::kVolumes, where that saves time. Under
-  /// Report::kVolumes, objects that have moved since the last update are measured where they are
-  /// now. Ignored neighbours and pairs of one group are left out. Throws as collide() does.
+  /// Pairs of capsules that are at least `dist` apart are skipped even if their volumes are nearer.
+  /// Under Report::kCapsules all such pairs are skipped; under Report::kVolumes most are, where
+  /// that saves time. Under Report::kVolumes, objects that have moved since the last update are
+  /// measured where they are now. Ignored neighbours and pairs of one group are left out. Throws as
+  /// collide() does.
   ///@{
   void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override;
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override;
@@ -228,16 +231,17 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
                 fcl::DistanceCallBack<S> callback) const override;
   ///@}
 
-  /// The pairs that live: those within the manager that touch within the margin at each of
-  /// consecutive updates, whether a query asks about them or not. Only an update() without
-  /// arguments brings them to where the objects are, and the functions below tell what it has
-  /// found, also after other calls. A pair has a slot, a small number for arrays of a program's
-  /// own, such as friction or impulses. The slot is that of another pair only after endedPairs()
-  /// has had the pair for one update.
+  /// The pairs that live. A pair of two objects of the manager lives while the two touch, within
+  /// the margin, at each of consecutive updates, whether a query asks about it or not. Only an
+  /// update() without arguments finds these pairs anew. The functions below tell what the last such
+  /// update has found, also after other calls. A pair has a slot, a small number for arrays of a
+  /// program's own, such as friction or impulses. The slot is that of another pair only after
+  /// endedPairs() has had the pair for one update.
   ///
-  /// They are pairs of capsules, spheres, and the boxes that other objects count by, see Bounds,
-  /// but not of what is no box: meshes whose triangles count, planes, half-spaces and other
-  /// unbounded shapes. Of two boxes, or a box and a capsule, the shapes within may still be apart.
+  /// The objects of these pairs are capsules, spheres, and other objects, which count by their
+  /// boxes; see Bounds. Meshes whose triangles count, planes, half-spaces and other unbounded
+  /// shapes have no such pairs. If one object or both count by a box, the shapes within may still
+  /// be apart.
   ///
   /// Unregistering an object, or clear(), ends its pairs at the next update(). If the object is
   /// registered again, its pairs begin anew. Nothing begins or ends at an update() that fails. A
@@ -246,13 +250,13 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// All throw std::invalid_argument if FiberManagerOptions::skin is 0.
   ///@{
 
-  /// Replaces the content of `pairs` by all that live, in an order that depends on the objects and
-  /// the earlier calls.
+  /// Replaces the content of `pairs` by all pairs that live, in an order that depends on the
+  /// objects and the earlier calls.
   void findLivePairs(std::vector<LiveObjectPair<S>>& pairs) const;
-  /// Returns those that began to live at the last update().
+  /// Returns the pairs that began to live at the last update().
   std::vector<LiveObjectPair<S>> begunPairs() const;
-  /// Returns those that ended at the last update(). An object of them may be gone: if it was
-  /// unregistered before, its address is no more than a name.
+  /// Returns the pairs that ended at the last update(). An object of such a pair may have been
+  /// unregistered and destroyed before, so do not read it: its address only tells which one it was.
   std::vector<LiveObjectPair<S>> endedPairs() const;
   /// All slots are from 0 to liveSlotCount() - 1. It never falls.
   std::int32_t liveSlotCount() const;
@@ -270,11 +274,10 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   FiberSegment fiberSegment(const Object* object) const;
 
   /// Returns whether an update() would change an answer, because an object has moved or changed its
-  /// shape, or whether the points of a mesh have changed that ObstacleOptions::rigid promises to
-  /// stay. This is for an assertion before a query. The call reads objects, on the calling thread,
-  /// up to the first that has moved. If none has, it costs about as much as an update() on one
-  /// thread. It returns true after a failed update(), and false if the next query reads all objects
-  /// anyway.
+  /// shape, or whether the points of a mesh with ObstacleOptions::rigid have changed. This is for
+  /// an assertion before a query. The call reads objects, on the calling thread, up to the first
+  /// that has moved. If none has, it costs about as much as an update() on one thread. It returns
+  /// true after a failed update(), and false if the next query reads all objects anyway.
   bool movedSinceUpdate() const;
 
   /// Returns the margin of an object under Bounds::kShapesAndMargins, in the scene's unit of
@@ -289,9 +292,9 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// triangle. MeshContact::triangle counts in `tri_indices`.
   ///
   /// The call takes the triangles as this manager read them last, in an update or in a query that
-  /// needed them. If it has not read them since the last update of the mesh here, or never, it
-  /// reads them now. A mesh is solid if it was registered
-  /// as such here. It returns false, without contacts, if the mesh is a cloud of points.
+  /// needed them. If the manager has not read them since the last update of the mesh here, or
+  /// never, the call reads them now. A mesh is solid if it was registered as such here. The call
+  /// returns false, without contacts, if the mesh is a cloud of points.
   ///
   /// Throws std::invalid_argument if an object is null, has another shape or cannot be read, or if
   /// the margin is negative or NaN.
@@ -299,10 +302,10 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
                         std::vector<MeshContact>& contacts) const;
 
   /// Finds when two objects touch first in the step of this manager, within the margin, for a pair
-  /// that `collide` has reported. `a` is managed here. `b` is managed by `other`, which may be
-  /// null, or here, and otherwise rests where it is now; if it is managed by both, its step in
-  /// `other` counts. The objects move as they were read last, as in `collide`. The time is never
-  /// too late. The call returns false if the two do not touch in the step.
+  /// that `collide` has reported. `a` is managed here. `b` may be managed by `other`, which may be
+  /// null, or here. If it is managed by both, its step in `other` counts. If it is managed by
+  /// neither, it rests where it is now. The objects move as they were read last, as in `collide`.
+  /// The time is never too late. The call returns false if the two do not touch in the step.
   ///
   /// Throws std::invalid_argument if FiberManagerOptions::motion is not set, if `a` is null or not
   /// registered, or if `b` is null or cannot be read.

@@ -12,13 +12,13 @@ enum class Bounds {
   /// Its pose and shape. The manager never reads `getAABB()`. This is the fastest, and enough for a
   /// program that does not enlarge boxes.
   kShapes,
-  /// Its pose and shape, and the margin that the program has added to FCL's own box of the shape,
-  /// as a program does that asks for a contact distance. A box that contains the shape but is
-  /// larger on some sides than on others counts as well: under Report::kCapsules another object has
-  /// to meet both the box and the shape, whose margin is the most that the box adds on any side.
-  /// `computeAABB()` is not needed. FCL's larger boxes of turned objects add nothing. An outdated
-  /// box still tells how much the program has enlarged it; its place is ignored. docs/contract.md
-  /// has the whole rule.
+  /// Its pose and shape, and a margin: what the program has added to FCL's own box of the shape. A
+  /// program adds this to ask for a contact distance. A box that contains the shape, but adds more
+  /// on some sides than on others, counts as well. Under Report::kCapsules another object then has
+  /// to meet both the box and the shape, and the shape has the most that the box adds on any side
+  /// as its margin. `computeAABB()` is not needed. FCL's larger boxes of turned objects add
+  /// nothing. An outdated box still tells how much the program has enlarged it; its place is
+  /// ignored. docs/contract.md has the whole rule.
   kShapesAndMargins,
   /// Its `getAABB()` alone, even for capsules, as in FCL's managers. This is for a program that
   /// makes boxes smaller. It has to call `computeAABB()` to keep them up to date.
@@ -39,18 +39,19 @@ struct ObstacleOptions {
   /// (fiber.categories & obstacle.meets) != 0 && (obstacle.categories & fiber.meets) != 0.
   std::uint32_t categories = ~std::uint32_t{0};
   std::uint32_t meets = ~std::uint32_t{0};  ///< bits: the categories of fibers that it meets
-  /// Whether the points and triangles of a mesh stay the same in its `fcl::BVHModel`. Then no
-  /// query under Report::kCapsules compares them with those that were read before, which takes
-  /// some tens of nanoseconds for each kilobyte of them. The object may move, and it may get
-  /// another model. If the points change all the same, the pairs are of those that were read first.
+  /// Whether the points and triangles of a mesh stay the same in its `fcl::BVHModel`. Then no query
+  /// under Report::kCapsules compares them with those that were read before, which takes some tens
+  /// of nanoseconds for each kilobyte of them. The object may move, and it may get another model.
+  /// If the points change all the same, the pairs are those of the points that were read first.
   bool rigid = false;
 };
 
 /// Which obstacles a fiber meets. An obstacle is an object that was registered by registerObstacle,
-/// registerObject or registerObjects, or an object that is in no fiber manager of the query. The
-/// latter three have all categories. An object alone cannot know another manager's rules:
-/// `a.collide(&fiber_of_b, ...)` takes it for an obstacle of all categories that is no solid, and
-/// `a.collide(&b, ...)` for what it is in b.
+/// registerObject or registerObjects, or an object that is in no fiber manager of the query. Only
+/// registerObstacle() takes categories; all other obstacles have all categories. An object does not
+/// know the rules that another manager has for it. So `a.collide(&fiber_of_b, ...)` takes the
+/// object for an obstacle of all categories that is not solid. `a.collide(&b, ...)` takes each
+/// object for what it is in b.
 ///
 ///     FiberObstacles in_scalp;
 ///     in_scalp.root_length = 0.01;  // the first centimetre is under the skin
@@ -80,13 +81,14 @@ struct FiberManagerOptions : FiberOptions {
   /// "Motion" in FiberCollisionManager. This needs Report::kCapsules and layered boxes.
   bool motion = false;
 
-  /// How far beyond what touches update() lists pairs, in the scene's unit of length: finite, or
-  /// negative if it is chosen, as in LivePairsOptions; at 0, the default, there is no list. This is
-  /// for a solver, in whose steps objects move little. With a list, update() without arguments
-  /// tests only the pairs that were near, and searches only where others may have come near. Then
-  /// a `collide` of the manager with itself searches only among what the list does not have: what
-  /// is no capsule, sphere or box. After any other change `collide` searches as without a list, up
-  /// to the next update(). What is reported is the same, in another order.
+  /// update() lists the pairs that touch or are at most this far from touching, in the scene's unit
+  /// of length. Finite. If it is negative, the library chooses it. At 0, the default, there is no
+  /// list. The list is for a solver, in whose steps objects move little. With a list, update()
+  /// without arguments tests only the pairs that were near, and searches only where others may have
+  /// come near. Then a `collide` of the manager with itself searches only for objects that the list
+  /// cannot hold, which count by no capsule, sphere or box. After any other change, and up to the
+  /// next update() without arguments, `collide` searches without the list. With a list the same
+  /// pairs are reported, in another order.
   ///
   /// FiberCollisionManager::begunPairs() and endedPairs() tell which pairs of the list began and
   /// ended to touch. If objects were registered or unregistered, the next update() builds the tree,

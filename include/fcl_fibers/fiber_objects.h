@@ -40,8 +40,8 @@ FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<S>>> makeObje
 /// computeAABB() is not needed, and a margin that the program added to a box is gone.
 ///
 /// Throws std::invalid_argument, and moves nothing, if there are not as many objects as segments,
-/// if an object is null or no longer a capsule, and as makeObjects() does. A capsule has to be its
-/// object's own still, as makeObjects() made it.
+/// if an object is null or no longer a capsule, and as makeObjects() does. Each capsule must still
+/// belong to one object alone, as makeObjects() made it.
 template <typename S>
 FCL_FIBERS_EXPORT void moveObjects(
     const FiberPolylines& scene,
@@ -56,11 +56,11 @@ struct FiberObjects {
   std::vector<FiberJoint<Object>> joints;
 };
 
-/// Pairs of points of a scene that are one by starts_at or ends_at. The later point comes first,
-/// and the pairs ascend. A fiber of one point has no segment. The points that are joined to it
-/// are joined with each other instead. Throws std::invalid_argument if starts_at or ends_at has
-/// another size than there are fibers, or names a point that is not there, that is at another place
-/// or that is the fiber's own end.
+/// Returns the pairs of points that starts_at and ends_at of a scene join. In a pair the later
+/// point comes first, and the pairs ascend. A fiber of one point has no segment, so the points that
+/// are joined to it are joined with each other instead. Throws std::invalid_argument if starts_at
+/// or ends_at has another size than there are fibers, or names a point that is not there, that is
+/// at another place or that is the fiber's own end.
 FCL_FIBERS_EXPORT std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(
     const FiberPolylines& scene);
 
@@ -71,9 +71,9 @@ FCL_FIBERS_EXPORT std::vector<std::pair<std::size_t, std::size_t>> joinedPoints(
 ///       manager.registerFiber(fiber.objects, fiber.ends, {}, {}, fiber.joints);
 ///     }
 ///
-/// A fiber of one point or none has no object, and a manager, which then registers nothing, does
-/// not count it. Throws std::invalid_argument if there are not as many objects as segments, and as
-/// joinedPoints() does.
+/// A fiber of one point or none has no object. registerFiber() then registers nothing, and the
+/// manager does not count this fiber. Throws std::invalid_argument if there are not as many objects
+/// as segments, and as joinedPoints() does.
 template <typename Pointer>
 auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& objects) {
   using Object = std::remove_reference_t<decltype(*objects.front())>;

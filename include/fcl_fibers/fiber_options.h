@@ -9,7 +9,7 @@
 /// Collision detection among fibers of capsules.
 namespace fcl_fibers {
 
-/// The fiber of what belongs to none.
+/// Stands for the fiber number of what belongs to no fiber.
 inline constexpr std::size_t kNoFiber = ~std::size_t{0};
 
 /// The place of a segment: its fiber, and its number along that fiber. Both count from 0. Fibers
@@ -39,11 +39,11 @@ enum class FiberEnds {
 ///     manager.registerFiber(branch, FiberEnds::kOpen, {}, {}, {{0, trunk[7]}});
 template <typename Object>
 struct FiberJoint {
-  /// Which point of the new fiber: 0 where its first segment begins, and as many as it has segments
-  /// where the last one ends.
+  /// Which point of the new fiber, from 0 to its number of segments: 0 is where its first segment
+  /// begins, and its number of segments is where the last one ends.
   std::size_t point = 0;
   const Object* segment = nullptr;  ///< a segment of another fiber, or of the new one
-  bool at_end = false;              ///< whether the point is where that segment ends, or begins
+  bool at_end = false;  ///< whether that segment ends at the point; if not, it begins there
 };
 
 /// The group of a fiber, such as the cables of one harness. Fibers of one group are never paired

@@ -32,8 +32,8 @@ struct FiberPolylines {
   /// Radius of every segment, if `radii` is empty. Finite, not negative.
   double radius = 0;
 
-  /// One number per point, by `radii_are`. If this is empty, `radius` counts for all. Finite, not
-  /// negative.
+  /// One number per point; `radii_are` tells what they are. If this is empty, `radius` counts for
+  /// all. Finite, not negative.
   std::vector<double> radii;
 
   /// What `radii` holds: the radius of the segment that starts at each point (kPerFirstPoint), or
@@ -58,7 +58,7 @@ struct FiberPolylines {
   std::vector<std::int32_t> groups;
 
   /// One number per point: the sample of an .swc file that it is, or -1 if it is none. A segment is
-  /// the piece between the sample of its second point and the parent of that. Queries do not read
+  /// the piece between the sample of its second point and that sample's parent. Queries do not read
   /// them. Empty if the file has none.
   std::vector<std::int64_t> samples;
   /// One number per point: the type of its sample, such as 3 for a dendrite. Empty without samples.

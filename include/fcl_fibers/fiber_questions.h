@@ -58,10 +58,10 @@ struct ShapeImpact {
 };
 
 /// A mesh that moves in a step: each corner moves linearly from its place in `start` to its place
-/// in `end`. A mesh that rests is both. One that turns is given in two poses, which should not
-/// differ by more than a few degrees: on the straight way, a corner comes nearer to the axis by up
-/// to 0.04 % for 3 degrees. Both must have the same triangles, kind and categories, so the end is
-/// best a copy of the start that was moved by TriangleMesh::setPose() or update().
+/// in `end`. For a mesh that rests, pass it as both. A mesh that turns is given in two poses, which
+/// should not differ by more than a few degrees: on the straight way, a corner comes nearer to the
+/// axis by up to 0.04 % for 3 degrees. Both must have the same triangles, kind and categories, so
+/// the end is best a copy of the start that was moved by TriangleMesh::setPose() or update().
 struct MeshStep {
   TriangleMesh start;  ///< at time 0
   TriangleMesh end;    ///< at time 1
@@ -79,8 +79,8 @@ struct FiberArrays;
 
 /// @name Questions
 /// What FiberTree::visit() and find() can be asked. A question is asked about the segments of the
-/// tree and a partner. The functions found(), which nothing defines, tell of which partners, and
-/// what is found of each:
+/// tree and a partner. The static functions found() of a question are declared, but never defined.
+/// Each takes a partner that the question may have, and returns what is found of that partner:
 ///
 /// |                    | FiberTree     | TriangleMesh   | MeshStep     | Shape          |
 /// | ------------------ | ------------- | -------------- | ------------ | -------------- |
@@ -109,47 +109,52 @@ struct Pairs {
   /// with its nearest triangle. Segments at roots, and those that may not meet the mesh, are left
   /// out.
   static TrianglePair found(const TriangleMesh&);
-  /// The segment. What is in the shape touches it too. Roots and categories do not matter, because
-  /// a program chooses the shapes that it asks about. If volumes count, that of a box is the least
-  /// along the axes, and that of a plane or half-space itself.
+  /// The segment that touches the shape. A segment inside the shape touches it too. Roots and
+  /// categories do not matter, because a program chooses the shapes that it asks about. Under
+  /// Report::kVolumes, the volume of a box is the least box along the axes around it, and a plane
+  /// or half-space is its own volume.
   static std::int32_t found(const Shape&);
 
   /// In which order. Unless it is kFound, visit() finds all pairs before it hands on the first.
   Order order = Order::kFound;
 };
 
-/// The segments that touch a mesh as above, each once.
+/// The segments that touch a mesh by the rule of Pairs, each once.
 struct TouchingSegments {
   static std::int32_t found(const TriangleMesh&);  ///< the segment
 };
 
-/// Each segment that is at most `distance` from the partner, and what of that is nearest to it. The
-/// distance is that of the surfaces, so of what overlaps a segment the deepest is nearest. The
-/// margin does not count. A negative distance and NaN are refused.
+/// Each segment that is at most `distance` from the partner, and the segment or triangle of the
+/// partner that is nearest to it. The distance is that of the surfaces, so if several overlap the
+/// segment, the deepest one is nearest. The margin does not count. A negative distance and NaN are
+/// refused.
 struct Nearest {
   double distance;  ///< not negative; may be infinite
-  /// a is a segment of this tree and b the nearest of the other one; if rounding leaves open which
-  /// of several it is, that with the least name. Of the tree itself, neighbours and segments of one
-  /// group are left out, and b may be less than a.
+  /// a is a segment of this tree, and b is the nearest segment of the other one. If rounding leaves
+  /// open which of several is the nearest, b is the one with the least name. If the tree itself is
+  /// the partner, neighbours and segments of one group are left out, and b may be less than a.
   static SegmentPair found(const FiberTree&);
   /// A segment and its nearest triangle. Its distance is that of its axis minus its radius, also
   /// where it is inside a solid mesh.
   static TrianglePair found(const TriangleMesh&);
 };
 
-/// What touches at any time of the step, within the margin, once and with the time of impact. Pairs
-/// that Pairs leaves out are left out here. Impacts do not come in the order of their times.
+/// What touches at any time of the step, within the margin. Each pair comes once, with the time of
+/// its impact. Pairs that Pairs leaves out are left out here. Impacts do not come in the order of
+/// their times.
 ///
 /// No impact is missed, and no time is too late. At its time a pair is no further apart than its
 /// radii, the margin, 2^-36 of the sizes and distance of its capsules, and 2^-48 of the extent of
 /// all fibers, which is the rounding of their coordinates. Radii at points change linearly along a
-/// segment, and each does so in time. docs/numerics.md tells how rare the exceptions are.
+/// segment, and each of them changes linearly in time. docs/numerics.md tells how rare the
+/// exceptions are.
 struct Impacts {
   static Impact found(const FiberTree&);  ///< of two segments
   /// A segment that is wholly inside a solid mesh at the start is found once, at time 0 with its
   /// nearest triangle.
   static MeshImpact found(const MeshStep&);
-  /// The shape rests. The size of a box is that of its edges, and a plane has none.
+  /// The shape rests. In the bound above, the size of a box is that of its edges, and a plane has
+  /// no size.
   static ShapeImpact found(const Shape&);
 };
 

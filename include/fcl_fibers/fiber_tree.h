@@ -46,7 +46,7 @@ struct FiberArrays {
     /// of a fiber and at points of no fiber are not read.
     kPerFirstPoint,
     /// point_count: radii[i] at point i. Along a segment the radius changes linearly, so the
-    /// segment is a rounded cone: the hull of the balls around its two points. Those at points of
+    /// segment is a rounded cone: the hull of the balls around its two points. Radii at points of
     /// no fiber are not read.
     kPerPoint,
   };
@@ -74,7 +74,7 @@ struct FiberArrays {
   /// fiber_count group numbers, 0 for a fiber without a group. Null if no fiber has one. See
   /// FiberGroup.
   const std::int32_t* groups = nullptr;
-  /// fiber_count bit masks: the categories of meshes that each fiber may meet. Null if all. See
+  /// fiber_count bit masks: the categories of meshes that each fiber may meet. Null for all. See
   /// TriangleMesh::setCategories() for the rule.
   const std::uint32_t* meets = nullptr;
   /// fiber_count numbers, not negative: how many segments at the start of each fiber meet no mesh,
@@ -146,8 +146,8 @@ struct TreeVolume {
 ///     tree.find(TouchingSegments{}, head, segments);
 ///     tree.find(Pairs{}, HalfSpaceShape{{0, 0, 1}, 0}, segments);  // at or below the ground
 ///
-/// Points are fibers of one segment without length, whose two points are one: a tree of them finds
-/// the nearest segment of each point, and all segments that hold it.
+/// To ask about single points, make each point a fiber of one segment whose two points are equal. A
+/// tree of these fibers finds the nearest segment of each point, and all segments that hold it.
 ///
 ///     points_tree.find(Nearest{distance}, tree, pairs);
 ///     points_tree.find(Pairs{}, tree, pairs);
@@ -158,9 +158,9 @@ struct TreeVolume {
 /// counts for the query as it was when the query began. No query may begin during a build or an
 /// update.
 ///
-/// Both refuse invalid arrays: they throw std::invalid_argument, whose text names the point, fiber
-/// or radius, and leave the tree as it was. If one of them runs out of memory (std::bad_alloc),
-/// queries throw std::invalid_argument until one of the two succeeds.
+/// build() and update() refuse invalid arrays: they throw std::invalid_argument, whose text names
+/// the point, fiber or radius, and leave the tree as it was. If one of them runs out of memory
+/// (std::bad_alloc), queries throw std::invalid_argument until one of the two succeeds.
 class FCL_FIBERS_TREE_EXPORT FiberTree {
  public:
   /// Makes an empty tree. Throws std::invalid_argument if an option is out of range.
@@ -196,13 +196,13 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// query. The call returns whether `visit` ended it. The order depends only on the arrays that
   /// were passed to the builds and updates, and on the poses of meshes.
   ///
-  /// Of a tree, Pairs, Impacts and MovingPairs are handed on while the search goes on, so `visit`
-  /// can end it early. Contacts, and Pairs in an order, are all found before the first call.
-  /// visitInParallel() waits for neither.
+  /// If the partner is a tree, Pairs, Impacts and MovingPairs are handed on while the search goes
+  /// on, so `visit` can end the search early. Contacts, and Pairs in another order than kFound, are
+  /// all found before the first call. visitInParallel() hands on everything as it is found.
   ///
   /// If another tree is the partner, a is a segment of this tree and b one of the other. The report
-  /// and the margin of this tree count. No pair is left out as neighbours or as one group. For
-  /// questions about a step, the other one was updated with a step too; if it rests, with the same
+  /// and the margin of this tree count. No pair is left out as neighbours or as one group. For a
+  /// question about a step, update the other tree with a step too; if it rests, pass the same
   /// arrays twice.
   ///
   /// Throws std::invalid_argument if
@@ -210,10 +210,11 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///   Report::kCapsules and the other one does not;
   /// * the question is about a step and the last update was none, or the meshes of a MeshStep do
   ///   not fit each other;
-  /// * a tree has Report::kVolumes, so that it keeps no capsules, and the question is another one
-  ///   than MovingPairs, or Pairs and Contacts of trees and shapes, which may be apart then;
+  /// * a tree has Report::kVolumes, so that it keeps no capsules, and the question needs them: only
+  ///   MovingPairs, and Pairs and Contacts of trees and shapes, are answered then, and what they
+  ///   find may be apart;
   /// * a number of a shape is NaN or its magnitude exceeds 2^1000, its radius is negative, its low
-  ///   exceeds its high, its normal is 0, or its rotation is none;
+  ///   exceeds its high, its normal is 0, or its matrix is no rotation;
   /// * a mesh or a shape is so far from the fibers that its coordinates overflow.
   template <class Question, class Partner, class Visitor>
   bool visit(const Question& question, const Partner& partner, Visitor&& visit) const {
@@ -249,9 +250,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// If a radius is far too large, all segments touch, and the pairs of 10^5 would take 40 GB. So
   /// this call, visit() of Contacts or in an order, closest() and LivePairs::update() throw
   /// std::length_error once they keep more than 1 GiB and more than 256 answers for each segment,
-  /// or for each of the partner's segments or triangles if these are more. Then the vector has some
-  /// of what was found, or of Contacts what it had before. visit() of Pairs in the order found and
-  /// visitInParallel() keep nothing.
+  /// or for each of the partner's segments or triangles if these are more. Then the vector holds a
+  /// part of what was found; with Contacts it holds what it held before. visit() of Pairs in the
+  /// order found and visitInParallel() keep nothing.
   template <class Question, class Partner, class Found>
   void find(const Question& question, const Partner& partner, std::vector<Found>& found) const {
     requireAnswer<Question, Partner>();
@@ -275,8 +276,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   }
 
   /// Calls visit(found, worker) once for everything that the question finds of the partner, on all
-  /// threads of the tree at the same time and in any order. So programs that add up for themselves
-  /// have the use of all cores; visit() calls on one thread. `worker` is from 0 to
+  /// threads of the tree at the same time and in any order. This lets a program that adds up for
+  /// itself use all cores, while visit() makes all calls on one thread. `worker` is from 0 to
   /// workerCount() - 1. No two calls at the same time have the same, so each may have sums of its
   /// own, which are added at the end:
   ///
@@ -289,10 +290,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// FiberTree::accumulate() adds in an order that is always the same.
   ///
   /// `visit` returns nothing or a bool. After it has returned true or has thrown, each other thread
-  /// may call it for at most 63 more, and it is called no more. The call then returns true, or
-  /// throws one of the exceptions. `visit` may query any tree. A query that it asks on
-  /// another thread than the caller's runs on that thread alone. A question's order has no effect.
-  /// Throws as visit() does.
+  /// may still call it up to 63 times. Then visitInParallel() returns true, or throws one of the
+  /// exceptions. `visit` may query any tree. A query that it asks on another thread than the
+  /// caller's runs on that thread alone. A question's order has no effect. Throws as visit() does.
   template <class Question, class Partner, class Visitor>
   bool visitInParallel(const Question& question, const Partner& partner, Visitor&& visit) const {
     requireAnswer<Question, Partner>();
@@ -321,15 +321,17 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     return visitInParallel(question, *this, std::forward<Visitor>(visit));
   }
 
-  /// Returns one more than the largest `worker` of visitInParallel(): `threads` of the options, or
-  /// what oneTBB allows, if that is less, which is the number of cores by default.
+  /// Returns one more than the largest `worker` of visitInParallel(). This is `threads` of the
+  /// options, or the number of threads that oneTBB allows if that is less. By default oneTBB allows
+  /// as many as there are cores.
   int workerCount() const;
 
-  /// Returns a time of the step up to which none of the Pairs starts to touch, or 1 if none
-  /// does. A pair that touches at the start counts once it comes nearer, so the result is close to
-  /// 0, such as 1e-9, if one of them does so at first. To leave them out, take the least time above
-  /// 0 of Impacts, or pass radii to update() with which nothing touches at the start. The least of
-  /// the results for several partners, such as trees, meshes and shapes, is safe for all.
+  /// Returns a time of the step up to which none of the Pairs starts to touch, or 1 if none does. A
+  /// pair that touches at the start counts once it comes nearer, so the result is close to 0, such
+  /// as 1e-9, if one of these pairs comes nearer from the start. To leave such pairs out, take the
+  /// least time above 0 of Impacts, or pass radii to update() with which nothing touches at the
+  /// start. The least of the results for several partners, such as trees, meshes and shapes, is
+  /// safe for all.
   ///
   /// The time is never too late, and as little too early as that of an impact. A pair that touches
   /// at the start, or misses that by less than rounding, does not stop the step until it is nearer
@@ -343,9 +345,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// either. In a half-space it comes nearer as it sinks.
   ///
   /// A program that moves only so far meets the same pair again at once. The pairs that touch next
-  /// are the impacts whose time is little more than this one. Throws as Impacts do, and
-  /// std::length_error after it has computed the times of 2^24 pairs, as it has to of all that
-  /// touch at the start, if these are more than 256 for each segment or for each of the partner's.
+  /// are the impacts whose time is little more than this one. Throws as visit() of Impacts does. It
+  /// has to compute a time for every pair that touches at the start. So it also throws
+  /// std::length_error once it has computed the times of 2^24 pairs, if these are more than 256 for
+  /// each segment or for each of the partner's.
   template <class Partner>
   double safeStep(const Partner& partner) const {
     requireAnswer<SafeStep, Partner>();
@@ -369,8 +372,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///     const Contact c = tree.closest(Contacts{fibers, &others}, other_tree);
   ///     if (c.distance < 0.1) slowDown(c.a.fiber, c.b.fiber);
   ///
-  /// A segment in a solid mesh counts by its shortest way out: of its contacts that have `solid`
-  /// set, that of least depth. If the solid is not convex, this way need not free the segment.
+  /// A segment in a solid mesh counts by its shortest way out: among its contacts that have `solid`
+  /// set, the one of least depth counts. If the solid is not convex, this way need not free the
+  /// segment.
   ///
   /// The distance is that of a contact. Apart from longer ways out, no other contact of the two has
   /// a smaller one, up to the error of both. Throws as find() of Contacts does, if the tree has
@@ -405,9 +409,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///     std::vector<std::array<double, 3>> sums(point_count);
   ///     tree.accumulate({contacts, pushes}, sums);
   ///
-  /// The first form is for contacts of this tree alone, or adds onto its points what a mesh or a
-  /// shape does to them. The others are for contacts with a partner, whose points have sums of
-  /// their own. PointSums{} leaves one of the two out.
+  /// The first form is for contacts within this tree, and for contacts with a mesh or a shape if
+  /// only the tree's points have sums. The others are for contacts with a partner whose points have
+  /// sums of their own. PointSums{} in place of one of the two adds nothing there.
   ///
   /// The threads of this tree share the work. Each sum has the bits of a loop over the contacts in
   /// their order that adds onto the points in the order of BareContact::nodes().
@@ -416,7 +420,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// contacts, if a force is NaN or infinite as a number of the sums' type, if s, t or a weight is
   /// not in [0, 1], if a contact's `layout` is neither 0 nor that of this tree and the partner, if
   /// its points or triangle do not exist, or if there are not as many sums as points. If the layout
-  /// is 0, it throws too if no segment starts at the point; else that is taken as found.
+  /// is 0, it also throws if no segment starts at a contact's point. If the layout is not 0, it
+  /// does not check this.
   ///
   /// A contact does not tell of which mesh it is, so pass the one that it was found with. The sums
   /// must share no memory with the contacts and the forces, which are read again while it adds.
@@ -428,10 +433,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
                   const PointSums& mesh_sums) const;
   ///@}
 
-  /// Returns what contacts of this tree have as `layout`: equal for equal `point_begin` and
-  /// `point_end`, and never 0 after a build.
+  /// Returns the number that contacts of this tree have as `layout`. It is equal for equal
+  /// `point_begin` and `point_end`, and never 0 after a build.
   std::uint32_t layout() const { return layout(*this); }
-  /// Returns what contacts with another tree have.
+  /// Returns the number that contacts with another tree have as `layout`.
   std::uint32_t layout(const FiberTree& other) const;
 
   /// Returns the volumes that are `depth` levels below the root, whose own depth is 0. Capsules

@@ -19,7 +19,7 @@ struct ObjectImpact : TimedContact {
 };
 
 /// An FCL callback that collects when the pairs of a query touch first in a step, and where, with
-/// fiber and segment numbers. The manager has FiberManagerOptions::motion:
+/// fiber and segment numbers. The manager must have FiberManagerOptions::motion:
 ///
 ///     ImpactCollector<double> collector(manager);
 ///     manager.beginStep();
@@ -51,7 +51,8 @@ class ImpactCollector {
   void clear() { impacts_.clear(); }
 
   /// The callback to pass to `collide`, with the collector as `cdata`. It never ends the query. It
-  /// throws as FiberCollisionManager::findImpact() does.
+  /// throws std::invalid_argument if the manager has no FiberManagerOptions::motion, if `a` is not
+  /// registered in it, or if `b` cannot be read.
   static bool callback(Object* a, Object* b, void* cdata) {
     static_cast<ImpactCollector*>(cdata)->add(a, b);
     return false;

@@ -18,11 +18,11 @@ namespace fcl_fibers {
 
 /// Options of LivePairs.
 struct LivePairsOptions {
-  /// How far beyond what touches pairs are listed, in the unit of the fibers: finite, or negative
-  /// if it is chosen. A wide skin serves for many steps, and each step tests more pairs. What is
-  /// chosen depends on how fast segments part and on what lists have cost, in counts. So it depends
-  /// only on the calls and arrays, not on time or threads. It may be 0. At 0 there is no list, and
-  /// each update searches.
+  /// Pairs are listed if they touch or are at most this far from touching, in the unit of the
+  /// fibers. Finite. If it is negative, the library chooses the skin. At 0 there is no list, and
+  /// each update searches. A wide skin serves for many steps, but each step tests more pairs. The
+  /// library chooses by how fast segments part and by what lists have cost, in counts of work. So
+  /// the choice depends only on the calls and arrays, not on time or threads. It may be 0.
   double skin = -1;
 };
 
@@ -55,20 +55,21 @@ struct LivePairsCounters {
 ///       live.visit([&](SegmentPair pair, std::int32_t slot) { push(pair, friction[slot]); });
 ///     }
 ///
-/// A pair lives while it touches at each of consecutive updates. It has a slot, a small number
-/// for arrays of a program's own, such as friction or impulses. The slot is that of another pair
-/// only after ended() has had the pair for one update. Slots outlast all that a tree does in
-/// FiberTree::update(); FiberTree::build() ends all pairs, because it may give their names to other
+/// A pair lives while it touches at each of consecutive updates. It has a slot, a small number for
+/// arrays of a program's own, such as friction or impulses. The slot is that of another pair only
+/// after ended() has had the pair for one update. A pair that lives keeps its slot over every
+/// FiberTree::update(). FiberTree::build() ends all pairs, because it may give their names to other
 /// segments.
 ///
 /// While LivePairs have a list, FiberTree::update() of their tree with one argument reads and
-/// checks all points, and leaves it to the first query that needs the tree to refit that. So a step
-/// without a search does not pay for one. After an update with a step, the pairs are those at its
-/// end.
+/// checks all points, but does not refit the tree. The first query that needs the tree refits it.
+/// So a step without a search does not pay for a refit. After an update with a step, the pairs are
+/// those at its end.
 ///
-/// With a mesh, pairs outlast all that it does in TriangleMesh::setPose() and update(). All end if
-/// a mesh of another construction is assigned to it. A segment wholly inside a solid is paired with
-/// its nearest triangle: if another one becomes the nearest, one pair ends and another one begins.
+/// If the partner is a mesh, a pair that goes on touching also keeps its slot over
+/// TriangleMesh::setPose() and update(). All pairs end if a mesh of another construction is
+/// assigned to it. A segment wholly inside a solid is paired with its nearest triangle: if another
+/// one becomes the nearest, one pair ends and another one begins.
 ///
 /// The tree and the partner are borrowed and must stay where they are. All functions other than
 /// update() are const; several threads may call them at once.
@@ -95,23 +96,24 @@ class LivePairs {
   FCL_FIBERS_TREE_EXPORT LivePairs& operator=(LivePairs&&) noexcept;
   ///@}
 
-  /// Brings the pairs to where the fibers are now. It may fit the tree, so no query of the tree may
-  /// run meanwhile, and no function of these pairs; of another tree as the partner it is a query.
-  /// Throws std::invalid_argument as FiberTree::find() of Pairs does, and if a query of the tree
-  /// runs, and std::length_error as find() does, where the pairs within the skin count. After it
-  /// has thrown, the pairs and what began and ended are as they were.
+  /// Brings the pairs to where the fibers are now. The call may fit the tree, so no query of the
+  /// tree and no function of these pairs may run meanwhile. For another tree that is the partner,
+  /// the call is a query. Throws std::invalid_argument as FiberTree::find() of Pairs does, and if a
+  /// query of the tree runs. Throws std::length_error as find() does; here all pairs within the
+  /// skin count. After it has thrown, the pairs and what began and ended are as they were.
   FCL_FIBERS_TREE_EXPORT void update();
 
   /// Returns how many pairs touch.
   FCL_FIBERS_TREE_EXPORT std::size_t count() const;
-  /// All slots are from 0 to slotCount() - 1. It never falls, and is at most the largest sum of
-  /// pairs that touched at an update and those that had ended at the same.
+  /// All slots are from 0 to slotCount() - 1. It never falls. It is at most the largest number,
+  /// over all updates, of pairs that touched and pairs that ended at one update.
   FCL_FIBERS_TREE_EXPORT std::int32_t slotCount() const;
 
-  /// Calls visit(pair, slot) for each pair that touches, in the order of the list: that of the
-  /// search which has listed them, then what was listed later, then what is inside a solid. It
-  /// depends only on the calls and arrays since the construction. `visit` returns nothing or a
-  /// bool; true ends the call, which then returns true.
+  /// Calls visit(pair, slot) for each pair that touches, in the order of the list. The pairs that
+  /// the last search for all has listed come first, in the order of that search. Then come pairs
+  /// that were listed later, then segments inside a solid. The order depends only on the calls and
+  /// arrays since the construction. `visit` returns nothing or a bool; true ends the call, which
+  /// then returns true.
   template <class Visitor>
   bool visit(Visitor&& visit) const {
     return visitRuns([&visit](const LivePair<Pair>* run, std::size_t count) {
@@ -141,21 +143,25 @@ class LivePairs {
     tree().writeContacts(question, partner(), pairs.data(), pairs.size(), contacts.data());
   }
 
-  /// Writes for each point how far it may move, in the unit of the fibers, so that no two segments
-  /// touch then that do not touch now: none do if no point moves further than its own distance. It
-  /// is half of the gap to the nearest segment that it is not to touch, less up to a thirty-second
-  /// of that, and at most half of what is left of the skin: about a quarter of the skin at least,
-  /// if it is asked for after each update and not very many pairs are near. Points of a pair that
-  /// touches get 0, unless such pairs are skipped because a program parts them. Points of no
-  /// segment get infinity. Neighbours and groups that are left out of the pairs do not count, and
-  /// the margin does. The second form writes the distances of the partner's points, too, which then
-  /// may move at the same time; in the first one the partner's points may as well.
+  /// Writes for each point how far it may move, in the unit of the fibers. If no point moves
+  /// further than its own distance, no two segments touch afterwards that do not touch now. The
+  /// distance is half of the gap to the nearest segment that the point's segments are not to touch,
+  /// less up to a thirty-second of that, and at most half of what is left of the skin. If distances
+  /// are asked for after each update, and not very many pairs are near, at least about a quarter of
+  /// the skin is allowed by that limit. Points of a pair that touches get 0. If `skips_touching` is
+  /// true, such pairs do not count, for a program that parts them. Points of no segment get
+  /// infinity. The margin counts. Neighbours and groups that are left out of the pairs do not
+  /// count.
   ///
-  /// With a mesh, they are such that no segment touches the mesh then, or is inside a solid, that
-  /// does not now. The mesh stays where it is, so they are the whole gap, and at most all that is
-  /// left of the skin. Segments that the mesh does not meet do not count. Those that touch it, or
-  /// are inside, do not either if `skips_touching` is true, so that they may slide to other
-  /// triangles or come out. Of several partners, the least distance of all LivePairs is safe.
+  /// If the partner is another tree, its points may move at the same time, by up to their own
+  /// distances. Only the second form writes these.
+  ///
+  /// If the partner is a mesh, no segment touches the mesh, or is inside a solid, afterwards that
+  /// does not now. The mesh stays where it is, so a distance is the whole gap, and at most all that
+  /// is left of the skin. Segments that the mesh does not meet do not count. If `skips_touching` is
+  /// true, segments that touch it or are inside do not count either, so that they may slide to
+  /// other triangles or come out. With several partners, the least distance from all LivePairs is
+  /// safe.
   ///
   /// Throws std::invalid_argument if the trees or the mesh have changed since update(), if the
   /// second form is asked with a mesh, or if there is no list: if skin() is 0, or update() has
@@ -168,8 +174,8 @@ class LivePairs {
                                             bool skips_touching = false) const;
   ///@}
 
-  /// What began and what ended to touch in the last update. A pair that has ended may be of
-  /// segments that are no more.
+  /// Return the pairs that began and those that ceased to touch in the last update. A pair that has
+  /// ended may name segments that no longer exist.
   ///@{
   FCL_FIBERS_TREE_EXPORT std::vector<LivePair<Pair>> begun() const;
   FCL_FIBERS_TREE_EXPORT std::vector<LivePair<Pair>> ended() const;

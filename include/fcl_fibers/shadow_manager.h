@@ -18,8 +18,8 @@ namespace fcl_fibers {
 
 /// What a ShadowManager has seen of one of its two managers.
 struct ShadowSide {
-  std::size_t pairs = 0;  ///< that its queries handed on
-  double seconds = 0;     ///< in its calls, without the program's callbacks
+  std::size_t pairs = 0;  ///< how many pairs its queries handed on
+  double seconds = 0;     ///< time in its calls, without the program's callbacks
 };
 
 /// What a ShadowManager has seen so far.
@@ -53,12 +53,12 @@ struct ShadowOptions {
   /// so. 0 for no record.
   std::size_t record_limit = std::size_t{1} << 30;
 
-  /// Is called at the first difference, at the end of the call in which it was found. What it
-  /// throws leaves that call.
+  /// This is called once, when the call in which the first difference was found ends. If it throws,
+  /// that call throws the exception.
   std::function<void(const ShadowResult&)> on_difference;
 };
 
-/// What a record says when its calls are made again.
+/// What replayRecord() has found when it made the calls of a record again.
 struct ShadowReplay {
   ShadowResult result;   ///< of the managers that were asked again, up to the first difference
   std::string recorded;  ///< the difference that the record was written for; empty if for none
@@ -105,7 +105,8 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   using Manager = fcl::BroadPhaseCollisionManager<S>;  ///< any of FCL's interface
 
   /// Puts a LayeredAABBTreeCollisionManager beside the first manager. Throws std::invalid_argument
-  /// if the first manager is null or has objects, and as that manager does.
+  /// if the first manager is null or has objects. It also throws what the constructor of
+  /// LayeredAABBTreeCollisionManager throws.
   explicit ShadowManager(std::unique_ptr<Manager> first, const FiberManagerOptions& options = {},
                          ShadowOptions shadow_options = {});
 
@@ -133,9 +134,9 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
     change(ends == FiberEnds::kOpen ? "registerFiber" : "registerRing", fiber);
   }
 
-  /// Begins or ends a step in each FiberCollisionManager; see there, **Motion**. Throws as the
-  /// first manager does. The pairs of a manager with FiberManagerOptions::motion are compared for
-  /// the step.
+  /// Begins or ends a step in each FiberCollisionManager, whose comment explains steps under
+  /// **Motion**. Throws as the first manager does. The pairs of a manager with
+  /// FiberManagerOptions::motion are compared for the step.
   ///@{
   void beginStep() { change("beginStep", {}); }
   void endStep() { change("endStep", {}); }

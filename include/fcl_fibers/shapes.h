@@ -24,13 +24,12 @@ struct SphereShape {
   double radius;                 ///< not negative
 };
 
-/// A box; low <= high on each axis, so it may be flat. Without a pose its edges are along the axes
-/// of the frame. With one it is turned and moved as a mesh is: a point p from low to high is at
-/// rotation * p + position.
+/// A box. On each axis low <= high, so the box may be flat. Without a pose its edges are along the
+/// axes of the frame. With a pose, a point p between low and high is at rotation * p + position.
 struct BoxShape {
   std::array<double, 3> low;   ///< x, y, z of the low corner
   std::array<double, 3> high;  ///< x, y, z of the high corner
-  MeshPose pose = {};          ///< a proper rotation, as TriangleMesh::setPose() takes it
+  MeshPose pose = {};          ///< its rotation is refused where TriangleMesh::setPose() does
 };
 
 /// All points p with normal . p <= offset, such as the ground below a floor.
@@ -42,7 +41,7 @@ struct HalfSpaceShape {
 /// All points p with normal . p = offset: a thin sheet without an end, which has two sides.
 struct PlaneShape {
   std::array<double, 3> normal;  ///< x, y, z, of any length but 0
-  double offset;                 ///< as of a HalfSpaceShape
+  double offset;                 ///< see HalfSpaceShape::offset
 };
 
 /// Any of the shapes. What is said of a Shape as a partner holds for each of its types.

@@ -36,8 +36,8 @@ struct MeshPose {
 };
 
 /// A triangle mesh that fibers may touch, such as a head or a part of a machine: triangles, a tree
-/// of boxes over them, and a pose. FiberTree::visit() finds its `Pairs`. This header
-/// needs neither FCL nor Eigen.
+/// of boxes over them, and a pose. FiberTree::visit() finds its `Pairs`. This header needs neither
+/// FCL nor Eigen.
 ///
 ///     TriangleMesh head(arrays);
 ///     head.setPose({rotation, position});  // the tree is in the mesh's own frame

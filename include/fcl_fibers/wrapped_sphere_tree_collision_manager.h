@@ -43,10 +43,10 @@ class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisio
 
   /// Returns how many cages the tree has, and how many of them were recomputed when it was fitted
   /// last. All others passed the cascade verification (Sobottka, Varnik and Weber, 2005, section
-  /// 3.1), or nothing below them had moved. Counts of earlier updates do not add up; an update may
-  /// fit twice, and the last time counts. What an update has left to the next query is done first.
-  /// The few objects that came last, if they are in a tree of their own, do not count. Throws as
-  /// `collide` does.
+  /// 3.1), or nothing below them had moved. Counts of earlier updates do not add up. An update may
+  /// fit the tree twice; then the last time counts. The call first does the work that an update has
+  /// left to the next query. The few objects that were registered last do not count while they are
+  /// in a tree of their own. Throws std::invalid_argument if an object cannot be read.
   ///@{
   std::size_t cageCount() const;
   std::size_t cagesRecomputed() const;

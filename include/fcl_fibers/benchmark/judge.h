@@ -69,9 +69,10 @@ enum class Contact {
   kApart,     ///< they share none
 };
 
-/// Pairs whose distance is the sum of their radii to within 1e-9 of it and `rounding` are of
-/// neither kind: rounding of their poses decides them, and a manager may report them or not. The
-/// rounding is a length, in the unit of the scene; 0 is right for double.
+/// Returns what two capsules are to each other. They are kBoundary if their distance differs from
+/// the sum of their radii by no more than 1e-9 of that sum plus `rounding`. Then the rounding of
+/// their poses decides whether they touch, and a manager may report them or not. `rounding` is a
+/// length, in the unit of the scene; 0 is right for double.
 inline Contact contact(const Capsule& a, const Capsule& b, double rounding = 0) {
   const double sum = a.radius + b.radius;
   const double band = 1e-9 * sum + rounding;

@@ -22,19 +22,20 @@
 ///
 /// run() checks every manager first, each in a process of its own: whether it reports every pair of
 /// touching capsules once, by touchingPairs(), before and after three updates of the scene, and
-/// where fibers that were far apart meet. What is wrong, crashes or takes too long is said and not
-/// timed. Timed runs are in the program itself: what they throw is said too, and a crash ends the
-/// program. The number of an object is its user data, which a manager has to leave alone.
+/// where fibers that were far apart meet. If a manager is wrong, crashes or takes too long, the
+/// program says so and does not time it. Timed runs are in the program itself. If a manager throws
+/// there, the program says so too; a crash ends the program. The number of an object is its user
+/// data, which a manager has to leave alone.
 namespace fcl_fibers::benchmarks {
 
 /// What `CollisionObject::getAABB` returns when a manager reads it.
 enum class Boxes {
-  kNone,   ///< FCL's, of an earlier pose: the manager reads poses and shapes, as ours do
+  kNone,   ///< FCL's box of an earlier pose, for a manager that reads poses and shapes
   kStock,  ///< `computeAABB()`: the cube around the capsule's bounding sphere
   kTight,  ///< end points +- radius
 };
 
-/// Which pairs a manager is to report. It may report more where it says "at least".
+/// Which pairs a manager is to report. With kTouchingAtLeast it may report more.
 enum class Reported {
   kTouchingAtLeast,  ///< every touching pair: what any broad phase must do
   kTightBoxes,       ///< pairs of overlapping tight boxes, up to the rounding of bounds
@@ -42,15 +43,16 @@ enum class Reported {
   kTouching,         ///< touching pairs and no other
 };
 
-/// Constructs a manager for these objects, of which it registers none. Boxes are written.
+/// Constructs a manager for these objects, and registers none of them. Their boxes are written
+/// before the call.
 template <typename S>
 using MakeManager = std::function<std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>(
     const std::vector<fcl::CollisionObject<S>*>& objects)>;
 
 /// Adds a manager for float or double, with the name of its rows. Before it registers objects, and
 /// before each update(), their boxes are made as asked for, which counts in the time of an update.
-/// It lives through all updates of a run. Throws std::invalid_argument if the name is empty or
-/// taken.
+/// The manager lives through all updates of a run. Throws std::invalid_argument if the name is
+/// empty or taken.
 template <typename S>
 FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string& name, MakeManager<S> make,
                                                  Boxes boxes = Boxes::kStock,
@@ -78,18 +80,18 @@ void registerManager(const std::string& name, Boxes boxes = Boxes::kStock,
   registerManager<S>(name, make, boxes, reported);
 }
 
-/// Adds, in double, FCL's dynamic tree on tight boxes and on stock ones, and our trees with their
-/// default options, and that of boxes with Report::kCapsules. FCL's trees become slower with every
-/// update, and are set up anew before each, which is not timed. Throws std::invalid_argument if one
-/// of their names is taken.
+/// Adds managers for double. They are FCL's dynamic tree on tight boxes and on stock ones, both
+/// trees of this library with their default options, and its tree of boxes with Report::kCapsules.
+/// FCL's trees become slower with every update, so they are set up anew before each, which is not
+/// timed. Throws std::invalid_argument if one of their names is taken.
 FCL_FIBERS_BENCHMARK_EXPORT void registerPeers();
 
 /// The main function: reads the command line, makes the scenes, checks and times the managers, and
-/// prints a table. `--help` lists the options and the scenes; those of Google Benchmark go along,
-/// and with `--benchmark_format` Google Benchmark prints instead. For each scene and manager there
-/// are the entries SCENE/MANAGER/construction, update, detection, and touching: detection with the
-/// exact test of two capsules in the callback. The scenes, as namedScene() takes them,
-/// are those that the command line names, or else the given ones.
+/// prints a table. `--help` lists the options and the scenes. Options of Google Benchmark are
+/// taken, too; with `--benchmark_format` Google Benchmark prints in place of the table. For each
+/// scene and manager there are the entries SCENE/MANAGER/construction, update, detection, and
+/// touching: detection with the exact test of two capsules in the callback. The command line may
+/// name scenes, as namedScene() takes them; otherwise the given ones are used.
 /// @return 0; or 1 if the command line is wrong, or a manager other than FCL's is, with the reason
 /// on stderr
 FCL_FIBERS_BENCHMARK_EXPORT int run(int argc, char** argv,

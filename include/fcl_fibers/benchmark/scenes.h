@@ -21,11 +21,12 @@ struct Scene {
   std::function<FiberPolylines(int frame)> at;
 };
 
-/// The scene of `NAME` or `NAME:key=value,...`, such as `paper-dynamic:frame=85`, or of the path of
-/// a file of fibers, which swing about their roots. Throws std::invalid_argument if there is
-/// neither, if a key is unknown or its value out of range, if a generated scene is given a radius,
-/// or if a file has none and none is given; std::runtime_error if it cannot be read. Warnings of a
-/// file go to stderr. The radius is that of a file's fibers, in its unit.
+/// Returns the scene that `text` names. The text is `NAME` or `NAME:key=value,...`, such as
+/// `paper-dynamic:frame=85`, or the path of a file of fibers, which swing about their roots. The
+/// radius is that of a file's fibers, in the file's unit. Warnings of a file go to stderr. Throws
+/// std::invalid_argument if there is no such scene or file, if a key is unknown or its value out of
+/// range, if a generated scene is given a radius, or if neither the file nor the caller gives one.
+/// Throws std::runtime_error if the file cannot be read.
 FCL_FIBERS_BENCHMARK_EXPORT Scene namedScene(const std::string& text,
                                              std::optional<double> radius = std::nullopt);
 

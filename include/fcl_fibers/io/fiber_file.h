@@ -39,13 +39,13 @@ enum class FiberFormat {
   /// are radii, or the array that FiberFileOptions::radius_from names. A line without
   /// points is a fiber without points, as it is in the formats of streamlines.
   ///
-  /// A fiber starts or ends at another one (FiberPolylines::starts_at) where its line has the first
-  /// or the last point in common with that of the other. The other one is the line inside of which
-  /// the point is, or else the first one that ends there, or else that begins there. Lines that
-  /// cross without an end have no branch. Arrays that exportFibers() writes come before this rule.
-  /// A filter that renumbers the points leaves these arrays as they were. If one of them then names
-  /// a point of no line, at another place or the fiber's own end, none of them is read, with a
-  /// warning.
+  /// A fiber starts or ends at another one (FiberPolylines::starts_at) if the first or the last
+  /// point of its line is also a point of another line. If several lines have this point, the other
+  /// one is the first line that has it between its ends, or else the first that ends there, or else
+  /// the first that begins there. Lines that cross without an end have no branch. Arrays that
+  /// exportFibers() writes come before this rule. A filter that renumbers the points leaves these
+  /// arrays as they were. If one of them then names a point of no line, at another place or the
+  /// fiber's own end, none of them is read, with a warning.
   ///
   /// These are refused: LZ4 and LZMA compression; the parallel format (.pvtp); arrays that together
   /// are longer than the file, or more than 64 times as long when decompressed; and XML with more
@@ -59,9 +59,9 @@ enum class FiberFormat {
   /// TrackVis's tracks (.trk), versions 1 and 2, in either byte order. Points are given in the
   /// scanner's millimetres to the right, to the front and up (RAS+), as nibabel gives them: the
   /// corner of a voxel is moved to its centre, the voxel order is compared with `vox_to_ras`, and
-  /// this is applied. A header without `vox_to_ras` counts as one with the identity, one without a
-  /// voxel order as LPS. Arithmetic is in double, so nibabel's points, which are floats, differ by
-  /// rounding.
+  /// this is applied. If the header has no `vox_to_ras`, the identity takes its place. If it has no
+  /// voxel order, LPS does. Arithmetic is in double, so nibabel's points, which are floats, differ
+  /// by rounding.
   kTrk,
 
   /// Neurons (.swc): `id type x y z radius parent` on each line, in any order; the parent of a root
@@ -93,10 +93,11 @@ struct FiberFileOptions {
   /// none.
   std::string radius_from{};
 
-  /// Where the number is by which fibers are in groups (FiberPolylines::groups): the name of an
-  /// array of a .vtp file with one number for each point, or else for each cell; the number of a
-  /// column of text, from 4 on; or `type` of an .swc file. Of points, the last one of a fiber
-  /// counts. Refused for other formats. If it is empty, no fiber has a group.
+  /// Where the numbers are that put fibers into groups (FiberPolylines::groups): fibers of the same
+  /// number are one group. In a .vtp file this is the name of an array with one number for each
+  /// point, or else for each cell. In text it is the number of a column, from 4 on. In an .swc file
+  /// it is `type`. If there is a number for each point, that of the fiber's last point counts.
+  /// Refused for other formats. If it is empty, no fiber has a group.
   std::string groups_from{};
 };
 
@@ -146,7 +147,7 @@ struct FiberFile {
 ///     .bcc  2 segments_per_span + 2      .swc  12
 ///     .vtp  29; 16 times the size of its decompressed arrays, which is at most 64 times the file
 ///
-/// For a packed file this is counted of the unpacked one, and three times its size comes in
+/// For a packed file, the size of the unpacked one counts, and three times that size comes in
 /// addition. A file that unpacks to more than 64 times its size and 16 MiB is refused.
 ///
 /// The reason is that a point takes 24 bytes in memory. In a text file it may take as few as 6, or
@@ -163,7 +164,8 @@ FCL_FIBERS_IO_EXPORT FiberFile parseFibers(std::string_view bytes, const std::st
                                            FiberFormat format,
                                            const FiberFileOptions& options = {});
 
-/// The same for a file whose format is recognized as by readFibers().
+/// Reads the bytes of a file that is already in memory, and recognizes its format by the bytes or
+/// the extension of `name`.
 FCL_FIBERS_IO_EXPORT FiberFile parseFibers(std::string_view bytes, const std::string& name,
                                            const FiberFileOptions& options = {});
 

@@ -33,23 +33,25 @@ inline MeshArrays<double> meshArrays(const MeshFile& mesh) {
 ///     const MeshFile file = readMesh("head.obj");
 ///     const TriangleMesh head(meshArrays(file), TriangleMesh::Kind::kSolid);
 ///
-/// A face of n points becomes n - 2 triangles, which cover once what the face surrounds. It need
-/// not be convex. Its outline may touch itself, and pass an edge to and fro, as faces with holes
-/// do. If it goes round several times, one of these counts. Triangles have no area where points are
-/// repeated, and where the outline goes back on its own line; those of a face on a line, or at one
-/// point, lie there. A face that is not flat is cut as it looks along the axis that is nearest to
-/// its normal; a quadrangle that seems to cross itself only from there, along its shorter diagonal.
-/// What lies left or right of what is decided exactly, whatever the coordinates are. A face that
-/// crosses itself by no more than files round, which is 2^-20 of its coordinates and at most 2^-10
-/// of its size, counts as one that touches itself.
+/// A face of n points becomes n - 2 triangles, which cover once what the face surrounds. The face
+/// need not be convex. Its outline may touch itself. It may also pass an edge to and fro, as in
+/// faces with holes. If it goes round several times, one round counts. Triangles have no area where
+/// points are repeated, and where the outline goes back on its own line. If all points of a face
+/// are on one line, or at one place, its triangles are there, too. A face that is not flat is cut
+/// as it looks along the axis that is nearest to its normal. If a quadrangle seems to cross itself
+/// from there, but does not in space, it is cut along its shorter diagonal. On which side of a line
+/// a point lies is decided exactly, whatever the coordinates are. Files round coordinates, so a
+/// face may cross itself a little: up to 2^-20 of its coordinates, and at most 2^-10 of its size,
+/// it counts as one that touches itself.
 ///
 /// Throws std::runtime_error with the file's name and the reason if the file cannot be read, has no
-/// face, or is malformed. If it is malformed, the text also has the line: of a face that crosses
-/// itself or has fewer than three points, of a coordinate that is no finite number, or of a point
-/// that is not in the file.
+/// face, or is malformed. If it is malformed, the text also has the line. A file is malformed if a
+/// face crosses itself, has fewer than three points or names a point that is not in the file, or if
+/// a coordinate is no finite number.
 ///
-/// A face of n points takes a time of n^2 at most, and reading takes memory of at most 100 times
-/// the size of the file, which a file of a single face needs; others need 12 times their size.
+/// The time for a face of n points grows with n^2 at most. Reading takes memory of at most 100
+/// times the size of the file. Only a file of a single face needs so much; others need 12 times
+/// their size.
 FCL_FIBERS_IO_EXPORT MeshFile readMesh(const std::string& path);
 
 /// Reads the bytes of a file that is already in memory. `name` stands for the path in messages.

@@ -18,8 +18,8 @@ namespace fcl_fibers::io {
 /// adds is nearer than 4 e.
 
 /// Bounds the distance between a part of a curve and its chord: curvature * length^2 / 8, or half
-/// the length if that is less. The first is the sagitta, the error of linear interpolation by arc
-/// length: de Boor, A Practical Guide to Splines, 1978, chapter III.
+/// the length if that is less. The first bound is the sagitta, the error of linear interpolation by
+/// arc length: de Boor, A Practical Guide to Splines, 1978, chapter III.
 /// @param curvature  the largest curvature of the part
 /// @param length     the length of the part along the curve
 /// Throws std::invalid_argument if one of them is negative, NaN or infinite.
