@@ -48,10 +48,10 @@ PEERS = {  # a row of ratios each: what it returns, and beside which of ours
 }
 READ_STEPS = (
     "A step is an update and a query, on one thread where the row does not say; adjacent segments "
-    "are left out but where neighbours are named. Our rows are medians with their 95 % "
-    "intervals; those of the others tell how many times as fast ours are that return the same. "
-    "All take turns in one process, after the answers have been checked. "
-    "A dash: the package is not installed, or the other of the two is too slow. "
+    "are left out except where neighbours are named. Our rows are medians with their 95 % "
+    "intervals, those of the others tell how many times as fast ours are that return the same. "
+    "All take turns in one process, after the answers have been checked; the steps of one turn "
+    "count as one run. A dash: the package is not installed, or the other of the two is too slow. "
 ) + READ
 READ_COSTS = (
     "Python and C++ take turns with the same steps, of 100,000 segments. More is the median of the "
@@ -63,9 +63,14 @@ READ_COSTS = (
 LARGE = ("helix-1000", "bundles-1000")
 
 
+def turns(part, kind, name):
+    """The median of each turn: steps that follow each other are alike."""
+    return part.counters(kind, name).groupby("turn")["seconds"].median()
+
+
 def times_as_long(part, peer):
     """As ours that returns the same."""
-    theirs, ours = (part.runs("Steps", name, "seconds") for name in (peer, PEERS[peer][-1]))
+    theirs, ours = (turns(part, "Steps", name) for name in (peer, PEERS[peer][-1]))
     return ratio_of(theirs, ours, peer)
 
 
@@ -89,7 +94,7 @@ def steps(parts):
             row(
                 call,
                 returns,
-                lambda p: time_and_interval(p.runs(*of, "seconds")) if p.has(*of) else "-",
+                lambda p: time_and_interval(turns(p, *of)) if p.has(*of) else "-",
             )
         )
     for name, (title, returns, _) in PEERS.items():
@@ -101,8 +106,7 @@ def steps(parts):
 def more(part, query, threads, other):
     """What Python takes more than C++: the median of turns as a share, with its interval."""
     ours, theirs = (
-        part.counters("Overhead", f"{who}/{query}/{threads}").groupby("turn")["seconds"].median()
-        for who in ("python", other)
+        turns(part, "Overhead", f"{who}/{query}/{threads}") for who in ("python", other)
     )
     found = median_of(ours / theirs)
     middle, low, high = (f"{100 * (x - 1):.1f}" for x in (found.value, found.low, found.high))
