@@ -183,7 +183,7 @@ def table(parts):
     return Table(
         "paper-claims",
         "Numbers for single claims",
-        ["section", "of", ""],
+        ["section", "of", "value"],
         [[f"{section} {what}", of, value] for section, what, of, value in rows],
         "Times of the dynamic assembly are medians of the replays.",
     )

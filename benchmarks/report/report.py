@@ -20,6 +20,7 @@ import arms
 import arrays
 import card
 import elsewhere
+import figures
 import frames
 import live
 import machines
@@ -40,7 +41,7 @@ import trade
 from machines import MainTable
 from measured_sets import SETS, titles
 from results import circumstances, load, told
-from tables import FIGURE, MARK, Table, documents
+from tables import MARK, Table, documents
 
 MEASURED = Path("docs", "measured")  # tables that no document has
 HAIR = "frames_hair"
@@ -74,7 +75,7 @@ class Report:
         self.missing = [name for name in names if name not in self.parts]
         if HAIR in self.parts:
             self.missing = []
-        self.blocks, self.main, self.sentences, self.files = [], [], {}, {}
+        self.blocks, self.main, self.files = [], [], {}
         self.on_page_alone = set()
 
     def has(self, files):
@@ -136,7 +137,6 @@ def full(folder):
     parts, add = report.parts, report.add
     scenes = frames.scenes_of(parts)
     add("frames_(?!hair).*|obstacles_.*|motion_.*|clients", summary.table, parts)
-    report.sentences = dict(summary.sentences(parts))
     report.draw("frames_.*", "", "Time of a frame", BARS, pictures.headline, scenes)
     add_frames(report, scenes)
     add("best_.*", frames.at_their_best, parts)
@@ -290,13 +290,6 @@ def write_documents(report, root):
             return f"{head}\n{tables[name].markdown()}\n\n{report.source(name, command)}\n\n{foot}"
         return mark[0]
 
-    def figure(mark):
-        head, name, _, foot = mark.groups()
-        kind, _, name = name.partition(".")
-        if kind != report.kind or (report.missing and name not in report.sentences):
-            return mark[0]
-        return f"{head}{report.sentences[name]}{foot}"
-
     alone = report.on_page_alone | marked.keys()
     others = {name: table for name, table in tables.items() if name not in alone}
 
@@ -305,8 +298,8 @@ def write_documents(report, root):
         text = table.csv(report.source(name, command))
         (root / MEASURED / file_of(name)).write_text(text, encoding="utf-8")
     for path in documents(root):
-        text = MARK.sub(renewed, path.read_text(encoding="utf-8"))
-        path.write_text(FIGURE.sub(figure, text), encoding="utf-8")
+        path.write_text(MARK.sub(renewed, path.read_text(encoding="utf-8")), encoding="utf-8")
+    figures.fill(root)
     for drawn in report.figures():
         if drawn.name:
             (root / "docs" / "images" / f"{drawn.name}.png").write_bytes(drawn.data)

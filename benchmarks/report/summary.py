@@ -7,7 +7,6 @@ import motion
 import obstacles
 import ratios
 from machines import MainTable
-from tables import digits
 
 CAPTION = (
     "How many times as fast ours is in the scene where it gains least, with that scene's interval; "
@@ -53,13 +52,3 @@ def of_others(parts):
 def table(parts):
     cells = dict([*of_frames(parts), *of_others(parts)])
     return MainTable("summary", "In ten rows", cells, CAPTION)
-
-
-def sentences(parts):
-    """Figures that sentences have, by name."""
-    scenes = frames.scenes_of(parts)
-    found = [scene.ratio(ratios.TIGHT).value for scene in scenes.values()]
-    if found:
-        yield "detection", " to ".join(
-            dict.fromkeys(digits(v, 2) for v in (min(found), max(found)))
-        )

@@ -12,8 +12,6 @@ import interval
 UNITS = (("s", 1), ("ms", 1e-3), ("us", 1e-6))
 # A table's place in a document: head, name, command, text, foot.
 MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n)(.*?)(<!-- end of table -->)", re.DOTALL)
-# A figure's place in a sentence: head, name, text, foot.
-FIGURE = re.compile(r"(<!-- =([\w.-]+) -->)(.*?)(<!-- -->)", re.DOTALL)
 
 
 def documents(root):

@@ -22,6 +22,7 @@ HERE = Path(__file__).resolve().parent
 BENCHMARKS = HERE.parent.parent / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS / "report"))
 
+import figures  # noqa: E402
 import report  # noqa: E402
 from ratios import Ratio, median_of, ratio_of  # noqa: E402
 from sets import SETS  # noqa: E402
@@ -308,7 +309,7 @@ class ReportTest(unittest.TestCase):
         self.take("full")
         for path in self.folder.iterdir():
             self.edit(path.stem, lambda run: True, machine="one")
-        figure = "<!-- =full.detection -->old<!-- --> and <!-- =trade.detection -->kept<!-- -->\n"
+        figure = "<!-- =ratios > Update: FCL > * -->old<!-- -->\n"
         marks = self.MARK.format("summary") + self.MARK.format("ratios")
         text, files = self.documented("full", a=marks + figure)
         self.assertIn("scene_helix.csv", files)
@@ -319,7 +320,38 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(len(set(map(len, rows))), 1)
         self.assertEqual(rows[-2][0], "Helices of 100 segments at one density.")
         self.assertRegex(rows[-1][0], "^`benchmarks/run.sh --full`, .*, code 0123456789ab.$")
-        self.assertRegex(text["a"].split("\n")[-2], r"^<!-- =full.detection -->\d.* and .*kept<")
+        self.assertRegex(text["a"].split("\n")[-2], r"-->\d.*<!-- -->$")
+
+    def test_figures_in_sentences_are_those_of_tables(self):
+        """If this failed, a sentence would have a figure that no table has."""
+        table = "| | one | two |\n|---|--:|--:|\n| a: b | 4.4x (4.3 to 4.5) | ~31.0 s |\n"
+        table += "| a: bc | 0.7 | - |\n| a: d; e | >1,200 | 0.5 to 2 |\n"
+        table = self.MARK.format("t").replace("old\n", table)
+        measured, page = self.root / "docs" / "measured", self.root / "docs" / "a.md"
+        measured.mkdir(parents=True)
+        (measured / "c.csv").write_text('of,who,is\n"2 x, y",boxes,1.07\n"2 x, y",all,9\n')
+        (self.root / "README.md").write_text("")
+
+        def filled(*marks):
+            marks = [f"<!-- ={mark} -->old<!-- -->" for mark in marks]
+            page.write_text("\n".join([table, *marks]))
+            self.assertEqual(figures.fill(self.root, write=False), ["docs/a.md"])
+            self.assertTrue(page.read_text().endswith("old<!-- -->"))
+            figures.fill(self.root)
+            self.assertEqual(figures.fill(self.root), [])
+            lines = page.read_text().splitlines()[-len(marks) :]
+            return [re.sub("<!--.*?-->", "", line) for line in lines]
+
+        self.assertEqual(filled("t > a: b > one", "t > a: b > two"), ["4.4 times", "~31.0 s"])
+        self.assertEqual(filled("t > a: bc > one", "t > a: d > *"), ["0.7", "0.5 to 1,200"])
+        self.assertEqual(filled("c > 2 x, y; boxes > is"), ["1.07"])
+        for mark, error in (
+            ("t > a > one", "3 rows begin"),
+            ("t > a: b > three", "no column 'three'"),
+            ("u > a > one", "no table u"),
+        ):
+            with self.assertRaisesRegex(ValueError, error):
+                filled(mark)
 
     def test_a_main_table_has_a_column_for_each_machine(self):
         """If this failed, a second machine would replace the first, or hide how old it is."""

@@ -22,6 +22,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks" / "report"))
 
+import figures  # noqa: E402
 from code_hash import files_of_commit, files_of_tree, hash_of, is_measured  # noqa: E402
 from tables import MARK, documents  # noqa: E402
 
@@ -265,6 +266,7 @@ class DocumentsTest(unittest.TestCase):
         self.assertGreater(len(lines), 30)
         print("\n".join(lines))
         self.assertEqual(faults, [])
+        self.assertEqual(figures.fill(ROOT, write=False), [], "report.py --docs fills them in")
         if STRICT:
             self.assertEqual(others, [], "a release has figures of its own code")
 

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures in sentences, each of which is a cell of a table in the documents:
+
+    <!-- =TABLE > ROW > COLUMN -->text<!-- -->
+
+TABLE is the name of a table with a mark, or of a file in docs/measured. ROW begins the names of one
+row, joined by "; ". COLUMN is a header, or "*" for the least and the greatest number of the row,
+those aside that the paper has published. "COLUMN / N" is the Nth part of cells with a slash. The
+text is the cell without its interval. So a sentence has the figure of the table that stands in the
+documents, whatever that table is of.
+"""
+
+import csv
+import re
+
+from tables import MARK, documents
+
+FIGURE = re.compile(r"(<!-- =([^\n]+?) > ([^\n]+?) > ([^\n]+?) -->)(.*?)(<!-- -->)", re.DOTALL)
+NUMBER = re.compile(r"[~>]?(-?[\d,]*\.?\d+(?:e-?\d+)?)( ?(?:%|s|ms|us|ns|M|x)?)(?= |$)")
+PART = re.compile(r"(.+) / (\d)")
+PUBLISHED = "the paper's"  # how the headers of such columns begin
+MEASURED = ("docs", "measured")
+
+
+class TableOfDocuments:
+    def __init__(self, name, lines):
+        self.name, self.header, self.rows = name, lines[0], lines[1:]
+
+    def row(self, start):
+        """The one row whose names begin so."""
+
+        def names(row):
+            return "; ".join(row)
+
+        found = [row for row in self.rows if names(row).startswith(start)]
+        exact = [row for row in found if row[0] == start or names(row).startswith(start + ";")]
+        found = exact if len(exact) == 1 else found
+        if len(found) != 1:
+            raise ValueError(f"{self.name}: {len(found)} rows begin with '{start}', not one")
+        return found[0]
+
+    def figure(self, start, column):
+        part = PART.fullmatch(column) if column not in self.header else None
+        column = part[1] if part else column
+        cells = dict(zip(self.header[1:], self.row(start)[1:]))
+        if part:
+            cells = {header: cell.split(" / ")[int(part[2]) - 1 :] for header, cell in cells.items()}
+            cells = {header: parts[0] if parts else "" for header, parts in cells.items()}
+        if column == "*":
+            found = [cell for header, cell in cells.items() if not header.startswith(PUBLISHED)]
+            return span([match for match in map(NUMBER.match, found) if match])
+        if column not in cells:
+            raise ValueError(f"{self.name}: there is no column '{column}'")
+        return text_of(cells[column])
+
+
+def text_of(cell):
+    """Without the interval or what an estimate was made in place of, and in words."""
+    text = cell.split(" (")[0].split("; ")[-1]
+    return re.sub(r"(?<=\d)x$", " times", text)
+
+
+def span(numbers):
+    """The least and the greatest of numbers in one unit."""
+    numbers = sorted(numbers, key=lambda match: float(match[1].replace(",", "")))
+    if not numbers:
+        raise ValueError("a row without numbers has no span")
+    if len({match[2] for match in numbers}) > 1:
+        raise ValueError("a row of numbers in several units has no span")
+    first, last = numbers[0], numbers[-1]
+    return text_of(last[0] if first[1] == last[1] else f"{first[1]} to {last[0]}")
+
+
+def cells_of(line):
+    return [cell.strip() for cell in line.strip().strip("|").split("|")]
+
+
+def tables_of(root):
+    """Those of the documents, by name."""
+    found = {}
+    for path in documents(root):
+        for mark in MARK.finditer(path.read_text(encoding="utf-8")):
+            lines = [line for line in mark[4].splitlines() if line.startswith("|")]
+            if lines:
+                rows = [lines[0], *lines[2:]]
+                found[mark[2]] = TableOfDocuments(mark[2], [cells_of(line) for line in rows])
+    for path in sorted(root.joinpath(*MEASURED).glob("*.csv")):
+        with path.open(encoding="utf-8", newline="") as file:
+            found[path.stem] = TableOfDocuments(path.stem, list(csv.reader(file)))
+    return found
+
+
+def fill(root, write=True):
+    """Writes all figures, and returns the documents in which one was another."""
+    tables, changed = tables_of(root), []
+    for path in documents(root):
+
+        def figure(mark):
+            head, name, row, column, _, foot = mark.groups()
+            if name not in tables:
+                raise ValueError(f"{path.name}: there is no table {name}")
+            return head + tables[name].figure(row, column) + foot
+
+        text = path.read_text(encoding="utf-8")
+        renewed = FIGURE.sub(figure, text)
+        if renewed != text:
+            changed.append(path.relative_to(root).as_posix())
+            if write:
+                path.write_text(renewed, encoding="utf-8")
+    return changed
