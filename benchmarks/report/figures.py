@@ -44,14 +44,19 @@ class TableOfDocuments:
         column = part[1] if part else column
         cells = dict(zip(self.header[1:], self.row(start)[1:]))
         if part:
-            cells = {header: cell.split(" / ")[int(part[2]) - 1 :] for header, cell in cells.items()}
-            cells = {header: parts[0] if parts else "" for header, parts in cells.items()}
+            cells = {header: part_of(cell, int(part[2])) for header, cell in cells.items()}
         if column == "*":
             found = [cell for header, cell in cells.items() if not header.startswith(PUBLISHED)]
             return span([match for match in map(NUMBER.match, found) if match])
         if column not in cells:
             raise ValueError(f"{self.name}: there is no column '{column}'")
         return text_of(cells[column])
+
+
+def part_of(cell, number):
+    """Nothing if the cell has fewer."""
+    parts = cell.split(" / ")
+    return parts[number - 1] if number <= len(parts) else ""
 
 
 def text_of(cell):

@@ -329,7 +329,7 @@ class ReportTest(unittest.TestCase):
         table = self.MARK.format("t").replace("old\n", table)
         measured, page = self.root / "docs" / "measured", self.root / "docs" / "a.md"
         measured.mkdir(parents=True)
-        (measured / "c.csv").write_text('of,who,is\n"2 x, y",boxes,1.07\n"2 x, y",all,9\n')
+        (measured / "c.csv").write_text('of,who,is\n"2 x, y",boxes,1.07\n"2 x, y",all,9 / 8 %\n')
         (self.root / "README.md").write_text("")
 
         def filled(*marks):
@@ -343,8 +343,10 @@ class ReportTest(unittest.TestCase):
             return [re.sub("<!--.*?-->", "", line) for line in lines]
 
         self.assertEqual(filled("t > a: b > one", "t > a: b > two"), ["4.4 times", "~31.0 s"])
-        self.assertEqual(filled("t > a: bc > one", "t > a: d > *"), ["0.7", "0.5 to 1,200"])
-        self.assertEqual(filled("c > 2 x, y; boxes > is"), ["1.07"])
+        self.assertEqual(filled("t > a: bc > one", "t > a: d > *"), ["0.7", "0.5 to >1,200"])
+        self.assertEqual(
+            filled("c > 2 x, y; boxes > is", "c > 2 x, y; all > is / 2"), ["1.07", "8 %"]
+        )
         for mark, error in (
             ("t > a > one", "3 rows begin"),
             ("t > a: b > three", "no column 'three'"),
