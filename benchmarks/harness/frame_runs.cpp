@@ -15,10 +15,11 @@ constexpr double kSecondsPerRun = 0.15;
 constexpr double kMaxFrames = 10;
 constexpr double kSlowFrame = 0.1;
 
-// Seconds that all runs of one contender are to take, but a spread needs so many runs.
-constexpr double kSecondsPerContender = 1;
-constexpr double kLeastRuns = 7, kMostRuns = 15;
-constexpr double kLeastRunsOfLarge = 5;
+// Seconds that all runs of one contender are to take, but an interval needs so many runs: of five,
+// one that another program has disturbed widens it as far as itself.
+constexpr double kSecondsPerContender = 8;
+constexpr double kLeastRuns = 9, kMostRuns = 15;
+constexpr double kLeastRunsOfLarge = 7;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
 
 /// Pairs that fcl::collide is called on in a frame, and at most in a run.

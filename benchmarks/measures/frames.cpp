@@ -170,7 +170,7 @@ S readObjects(const BasicMovingFibers<S>& fibers) {
 
 template <typename S>
 void registerFloor(BasicMotion<S>& motion) {
-  constexpr int kRuns = 5, kMostFrames = 4;
+  constexpr int kRuns = 9, kMostFrames = 4;
   registerRuns("Floor/read", kRuns, [&motion](Numbers&) {
     const int frames = motion.summed ? motion.fibers.frameCount() - 1 : kMostFrames;
     double taken = 0;
