@@ -5,8 +5,9 @@
     code_hash.py [ROOT]
 
 It tells whether a table is of this code where the commit alone does not: after a commit that
-changes documents only, or with changes that are not committed. benchmarks/report is left out,
-because it makes tables of results and measures nothing.
+changes documents only, or with changes that are not committed. What measures nothing is left out:
+run.sh and run.py, which build and call the programs, and benchmarks/report, which makes tables of
+results.
 """
 
 import hashlib
@@ -15,7 +16,7 @@ import sys
 from pathlib import Path
 
 FOLDERS = ("src", "include", "scenes", "benchmarks")
-OF_RESULTS = "benchmarks/report/"
+AROUND = ("benchmarks/report/", "benchmarks/run.")
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -53,7 +54,7 @@ def files_of_commit(commit, root=ROOT):
 
 
 def is_measured(name):
-    return not name.startswith(OF_RESULTS)
+    return not name.startswith(AROUND)
 
 
 def hash_of(files, chosen=is_measured):

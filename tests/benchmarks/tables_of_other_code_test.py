@@ -31,7 +31,7 @@ SOURCE = re.compile(
     r"code (?P<codes>[0-9a-f]{12}(?: and [0-9a-f]{12})*)\b"
 )
 
-# What a code is of. Tables of earlier commits have one of benchmarks/report too.
+# What a code is of. Tables of earlier commits have one of what measures nothing too.
 CODES = (is_measured, bool)
 
 
@@ -134,7 +134,7 @@ class TreeTest(unittest.TestCase):
         for name in (
             "src/tree/a.cpp",
             "include/a.h",
-            "benchmarks/run.sh",
+            "benchmarks/main.cpp",
             "docs/a.md",
             "README.md",
         ):
@@ -172,6 +172,7 @@ class TreeTest(unittest.TestCase):
         self.write("src/ignored.o", "built")
         self.write("benchmarks/report/__pycache__/a.pyc", "built")
         self.write("benchmarks/report/tables.py", "makes tables of results")
+        self.write("benchmarks/run.py", "calls programs")
         self.write("docs/a.md", "changed")
         known = self.hash()
         self.assertEqual(known, hash_of(files_of_commit("HEAD", self.root)))
@@ -188,7 +189,7 @@ class TreeTest(unittest.TestCase):
         seen.add(self.hash())
         (self.root / "include" / "a.h").rename(self.root / "include" / "b.h")
         seen.add(self.hash())
-        (self.root / "benchmarks" / "run.sh").unlink()
+        (self.root / "benchmarks" / "main.cpp").unlink()
         seen.add(self.hash())
         self.assertEqual(len(seen), 5)
 
