@@ -21,7 +21,7 @@ import sets
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "benchmarks"
 SET_HELP = {
-    "full": "all tables of docs/performance.md. It takes 6 GB of memory, and up to 20 GB if the "
+    "full": "the tables of docs/measured. It takes 6 GB of memory, and up to 20 GB if the "
     "machine has it",
     "trade": "docs/trade.md: what options cost and miss on ten kinds of scene, and narrow phases. "
     "It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx",

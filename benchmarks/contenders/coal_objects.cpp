@@ -65,9 +65,13 @@ class ManagerOf final : public CoalManager {
   }
 
   std::size_t countTouching() const override {
+    std::vector<CapsuleAxis<double>> axes;
+    axes.reserve(objects_.size());
+    for (const auto& object : objects_) axes.push_back(axisOf(*object));
     std::size_t count = 0;
-    forEachPair(
-        [&](const auto& a, const auto& b) { count += capsulesTouch(axisOf(a), axisOf(b)); });
+    forEachPair([&](const auto& a, const auto& b) {
+      count += capsulesTouch(axes[numberOf(a)], axes[numberOf(b)]);
+    });
     return count;
   }
 

@@ -2,6 +2,7 @@
 #include "contenders/narrow_phase.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <type_traits>
 
 #include <fcl/narrowphase/collision.h>
@@ -10,6 +11,12 @@
 
 namespace fcl_fibers::benchmarks {
 namespace {
+
+/// Its place among the objects of its MovingFibers.
+template <typename S>
+std::size_t numberOf(const fcl::CollisionObject<S>& object) {
+  return reinterpret_cast<std::uintptr_t>(object.getUserData());
+}
 
 template <typename S>
 struct Sampler {
@@ -35,6 +42,17 @@ PairSample<S> samplePairs(const BasicManager<S>& manager, std::size_t reported, 
   Sampler<S> sampler{std::max<std::size_t>(1, reported / kBlock / blocks)};
   manager.collide(&sampler, Sampler<S>::callback);
   return std::move(sampler.sample);
+}
+
+template <typename S>
+PairSample<S> partOf(const PairSample<S>& sample, std::size_t first, std::size_t parts) {
+  if (sample.pairs.size() == sample.of) return sample;
+  PairSample<S> part;
+  part.of = sample.of;
+  for (std::size_t i = 0; i < sample.pairs.size(); ++i) {
+    if (i / Sampler<S>::kBlock % parts == first % parts) part.pairs.push_back(sample.pairs[i]);
+  }
+  return part;
 }
 
 template <typename S>
@@ -66,23 +84,32 @@ NarrowPhase collide(const BasicManager<S>& manager, const PairSample<S>& sample)
 }
 
 template <typename S>
-std::size_t countTouching(const BasicManager<S>& manager) {
+std::size_t countTouching(const BasicManager<S>& manager,
+                          const std::vector<fcl::CollisionObject<S>*>& objects) {
   if (const auto* const foreign = dynamic_cast<const ForeignManager*>(&manager)) {
     return foreign->countTouching();
   }
-  std::size_t count = 0;
-  manager.collide(&count, [](auto* a, auto* b, void* data) {
-    *static_cast<std::size_t*>(data) += capsulesTouch(*a, *b);
+  struct Counter {
+    std::vector<CapsuleAxis<S>> axes;
+    std::size_t count = 0;
+  } counter;
+  counter.axes.reserve(objects.size());
+  for (const auto* const object : objects) counter.axes.push_back(axisOf(*object));
+  manager.collide(&counter, [](auto* a, auto* b, void* data) {
+    auto& found = *static_cast<Counter*>(data);
+    found.count += capsulesTouch(found.axes[numberOf(*a)], found.axes[numberOf(*b)]);
     return false;
   });
-  return count;
+  return counter.count;
 }
 
 #define FCL_FIBERS_NARROW_PHASE(S)                                                      \
   template PairSample<S> samplePairs(const BasicManager<S>&, std::size_t, std::size_t); \
+  template PairSample<S> partOf(const PairSample<S>&, std::size_t, std::size_t);        \
   template NarrowPhase collidePairs<S>(const ObjectPairs<S>&);                          \
   template NarrowPhase collide(const BasicManager<S>&, const PairSample<S>&);           \
-  template std::size_t countTouching(const BasicManager<S>&);
+  template std::size_t countTouching(const BasicManager<S>&,                            \
+                                     const std::vector<fcl::CollisionObject<S>*>&);
 FCL_FIBERS_NARROW_PHASE(float)
 FCL_FIBERS_NARROW_PHASE(double)
 

@@ -24,6 +24,11 @@ struct PairSample {
 template <typename S>
 PairSample<S> samplePairs(const BasicManager<S>& manager, std::size_t reported, std::size_t size);
 
+/// Every `parts`th block of a sample, from block `first` on; the sample itself if that has all
+/// pairs.
+template <typename S>
+PairSample<S> partOf(const PairSample<S>& sample, std::size_t first, std::size_t parts);
+
 /// Calls fcl::collide on these pairs.
 template <typename S>
 NarrowPhase collidePairs(const ObjectPairs<S>& pairs);
@@ -32,8 +37,11 @@ NarrowPhase collidePairs(const ObjectPairs<S>& pairs);
 template <typename S>
 NarrowPhase collide(const BasicManager<S>& manager, const PairSample<S>& sample);
 
-/// Self-collision with a callback that counts capsulesTouch(), as a careful user writes it.
+/// Self-collision with a callback that counts capsulesTouch() of axes that are read once, as a
+/// careful user writes it.
+/// @param objects  all, each with its place among them as its user data
 template <typename S>
-std::size_t countTouching(const BasicManager<S>& manager);
+std::size_t countTouching(const BasicManager<S>& manager,
+                          const std::vector<fcl::CollisionObject<S>*>& objects);
 
 }  // namespace fcl_fibers::benchmarks

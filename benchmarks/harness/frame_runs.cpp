@@ -22,8 +22,9 @@ constexpr double kLeastRuns = 9, kMostRuns = 15;
 constexpr double kLeastRunsOfLarge = 7;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
 
-/// Pairs that fcl::collide is called on in a frame, and at most in a run.
-constexpr std::size_t kNarrowPairs = 50'000, kNarrowPairsOfRun = 200'000;
+/// Pairs that fcl::collide is called on in a frame, and at most in a run. So many runs have others,
+/// for the spread of runs to contain that of samples.
+constexpr std::size_t kNarrowPairs = 50'000, kNarrowPairsOfRun = 200'000, kSamples = 4;
 
 template <typename S>
 std::vector<int> framesOfRun(const BasicMotion<S>& motion, double seconds_per_frame) {
@@ -162,7 +163,7 @@ void BasicFrameRuns<S>::run() {
     const auto test = [&] {
       if (!does(PairWork::kTest)) return;
       std::size_t found_touching = 0;
-      test_seconds += seconds([&] { found_touching = countTouching(*manager); });
+      test_seconds += seconds([&] { found_touching = countTouching(*manager, fibers.objects()); });
       checkTouching(frame, found_touching);
       touching += found_touching;
     };
@@ -176,12 +177,13 @@ void BasicFrameRuns<S>::run() {
     count.visited += found.visited;
     if (!is_test_first_) test();
     if (!does(PairWork::kCollide)) continue;
-    const PairSample<S>& sample = sampleOf(frame, *manager);
+    const PairSample<S> sample = partOf(sampleOf(frame, *manager), runs_done_, kSamples);
     const NarrowPhase more = collide(*manager, sample);
     narrow = {narrow.seconds + more.seconds, narrow.touching + more.touching};
     sampled += sample.pairs.size();
   }
 
+  ++runs_done_;
   // A sum over all frames, or the mean of the two that take turns.
   const auto perFrame = [&, frames = static_cast<double>(frames_.size())](auto sum) {
     return static_cast<double>(sum) / (motion_.summed ? 1 : frames);
@@ -217,7 +219,7 @@ const PairSample<S>& BasicFrameRuns<S>::sampleOf(int frame, const BasicManager<S
   if (is_new) {
     const std::size_t frames = std::max<std::size_t>(frames_.size(), 1);
     known->second = samplePairs(manager, checked_.frames[0].reported,
-                                std::min(kNarrowPairs, kNarrowPairsOfRun / frames));
+                                kSamples * std::min(kNarrowPairs, kNarrowPairsOfRun / frames));
   }
   return known->second;
 }

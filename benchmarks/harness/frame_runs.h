@@ -61,8 +61,9 @@ class BasicFrameRuns {
   const Preflight& checked_;
   BasicMotion<S>& motion_;
   Phase last_;
-  std::vector<int> frames_;               ///< that a run goes through, after frame 0
-  std::map<int, std::size_t> pairs_;      ///< by frame
+  std::vector<int> frames_;           ///< that a run goes through, after frame 0
+  std::map<int, std::size_t> pairs_;  ///< by frame
+  std::size_t runs_done_ = 0;
   std::map<int, PairSample<S>> samples_;  ///< by frame, for PairWork::kCollide
   std::deque<Entry> entries_;
   bool is_test_first_ = false;  ///< in a frame with PairWork::kTest, in every second one

@@ -18,7 +18,7 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 /// From so many segments on, FCL's trees are tried on a scene of a quarter of the fibers.
-constexpr std::size_t kTrySmallerFromSegments = 100'000;
+constexpr std::size_t kTrySmallerFromSegments = 200'000;
 constexpr int kTryPart = 4;
 
 /// One of FCL's other managers that is so many times slower than the fastest of its trees is run

@@ -3,11 +3,12 @@
 
     <!-- =TABLE > ROW > COLUMN -->text<!-- -->
 
-TABLE is the name of a table with a mark, or of a file in docs/measured. ROW begins the names of one
-row, joined by "; ". COLUMN is a header, or "*" for the least and the greatest number of the row,
-those aside that the paper has published. "COLUMN / N" is the Nth part of cells with a slash. The
-text is the cell without its interval. So a sentence has the figure of the table that stands in the
-documents, whatever that table is of.
+They stand in README and in docs/*.md, not at the beginning of a line. TABLE is the name of a table
+with a mark, or of a file in docs/measured. ROW begins the names of one row, joined by "; ". COLUMN
+is a header, or "*" for the least and the greatest number of the row, those aside that the paper has
+published. "COLUMN / N" is the Nth part of cells with a slash. The text is the cell without its
+interval. So a sentence has the figure of the table that stands in the documents, whatever that
+table is of.
 """
 
 import csv
@@ -15,8 +16,11 @@ import re
 
 from tables import MARK, documents
 
-FIGURE = re.compile(r"(<!-- =([^\n]+?) > ([^\n]+?) > ([^\n]+?) -->)(.*?)(<!-- -->)", re.DOTALL)
-NUMBER = re.compile(r"[~>]?(-?[\d,]*\.?\d+(?:e-?\d+)?)( ?(?:%|s|ms|us|ns|M|x)?)(?= |$)")
+FIGURE = re.compile(r"(<!-- =([^\n]+?) > ([^\n]+?) > ([^\n]+?) -->)([^<]*)(<!-- -->)")
+START = "<!-- ="
+SIGN, NUMBER, UNIT = r"about |[~>]?", r"-?[\d,]*\.?\d+(?:e-?\d+)?", r" ?(?:%|s|ms|us|ns|M|x)?"
+CELL = re.compile(rf"({SIGN})({NUMBER})({UNIT})(?: to ({SIGN})({NUMBER})({UNIT}))?(?= |$)")
+EMPTY = ("-", "\N{EN DASH}", "not given", "")
 PART = re.compile(r"(.+) / (\d)")
 PUBLISHED = "the paper's"  # how the headers of such columns begin
 MEASURED = ("docs", "measured")
@@ -46,11 +50,13 @@ class TableOfDocuments:
         if part:
             cells = {header: part_of(cell, int(part[2])) for header, cell in cells.items()}
         if column == "*":
-            found = [cell for header, cell in cells.items() if not header.startswith(PUBLISHED)]
-            return span([match for match in map(NUMBER.match, found) if match])
+            return span([c for header, c in cells.items() if not header.startswith(PUBLISHED)])
         if column not in cells:
             raise ValueError(f"{self.name}: there is no column '{column}'")
-        return text_of(cells[column])
+        text = text_of(cells[column])
+        if not any(map(str.isdigit, text)):
+            raise ValueError(f"{self.name}: '{start}' has no number in the column '{column}'")
+        return text
 
 
 def part_of(cell, number):
@@ -65,15 +71,22 @@ def text_of(cell):
     return re.sub(r"(?<=\d)x$", " times", text)
 
 
-def span(numbers):
-    """The least and the greatest of numbers in one unit."""
-    numbers = sorted(numbers, key=lambda match: float(match[1].replace(",", "")))
-    if not numbers:
-        raise ValueError("a row without numbers has no span")
-    if len({match[2] for match in numbers}) > 1:
-        raise ValueError("a row of numbers in several units has no span")
-    first, last = numbers[0], numbers[-1]
-    return text_of(last[0] if first[1] == last[1] else f"{first[1]} to {last[0]}")
+def span(cells):
+    """The least and the greatest number of cells in one unit. A cell without a number is left out
+    only if it is empty."""
+    ends = []
+    for cell in cells:
+        match = CELL.match(text_of(cell))
+        if match:
+            ends += [match.group(*range(first, first + 3)) for first in (1, 4) if match[first + 1]]
+        elif cell not in EMPTY:
+            raise ValueError(f"'{cell}' has no number for the least and the greatest of its row")
+    ends.sort(key=lambda end: float(end[1].replace(",", "")))
+    if not ends or len({unit for _, _, unit in ends[:1] + ends[-1:] if unit}) > 1:
+        raise ValueError(f"{cells} have no numbers in one unit")
+    first, last = ends[0], ends[-1]
+    text = "".join(last)
+    return text if first[1] == last[1] else f"{first[0]}{first[1]} to {text}"
 
 
 def cells_of(line):
@@ -83,15 +96,20 @@ def cells_of(line):
 def tables_of(root):
     """Those of the documents, by name."""
     found = {}
+
+    def add(name, lines):
+        if name in found:
+            raise ValueError(f"there are two tables {name}")
+        found[name] = TableOfDocuments(name, lines)
+
     for path in documents(root):
         for mark in MARK.finditer(path.read_text(encoding="utf-8")):
             lines = [line for line in mark[4].splitlines() if line.startswith("|")]
             if lines:
-                rows = [lines[0], *lines[2:]]
-                found[mark[2]] = TableOfDocuments(mark[2], [cells_of(line) for line in rows])
+                add(mark[2], [cells_of(line) for line in (lines[0], *lines[2:])])
     for path in sorted(root.joinpath(*MEASURED).glob("*.csv")):
         with path.open(encoding="utf-8", newline="") as file:
-            found[path.stem] = TableOfDocuments(path.stem, list(csv.reader(file)))
+            add(path.stem, list(csv.reader(file)))
     return found
 
 
@@ -107,7 +125,9 @@ def fill(root, write=True):
             return head + tables[name].figure(row, column) + foot
 
         text = path.read_text(encoding="utf-8")
-        renewed = FIGURE.sub(figure, text)
+        renewed, count = FIGURE.subn(figure, text)
+        if count != text.count(START):
+            raise ValueError(f"{path.name}: a mark that begins with '{START}' is not complete")
         if renewed != text:
             changed.append(path.relative_to(root).as_posix())
             if write:

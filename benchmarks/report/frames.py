@@ -49,13 +49,13 @@ def ratio_cell(scene, row):
 
 
 def row_title(scenes, row):
-    """With the size of the sample, where fcl::collide was not called on all pairs."""
+    """With the size of the sample, where the library's own test was not called on all pairs."""
     if row in NOTES:
         return f"{row} ({NOTES[row]})"
-    if not row.startswith((ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)):
+    of = ratios.ROWS[row] if row in ratios.ROWS else None
+    if of is None or of.then != ratios.COLLIDE:
         return row
-    boxes = "tight" if row.startswith(ratios.TOUCHING_TIGHT) else "stock"
-    found = [scene.sampled(boxes) for scene in scenes.values()]
+    found = [scene.sampled(of) for scene in scenes.values() if scene.ratio(row)]
     sizes = sorted(sampled for sampled, of in found if sampled < of)
     if not sizes:
         return row
@@ -79,7 +79,7 @@ def least_of(scenes, row):
 
 IN_README = {
     ratios.TOUCHING_TEST: "FCL's fastest tree, with a closed-form test of capsules",
-    ratios.TOUCHING_TIGHT: "FCL's fastest tree, with `fcl::collide`",
+    ratios.TOUCHING_TIGHT: "FCL's fastest tree, with `fcl::collide` on a sample",
     ratios.COAL_TEST: "coal's fastest tree, with that closed-form test",
     ratios.EMBREE_TEST: "Embree's fastest tree, with that closed-form test",
     ratios.GRID_TEST: "a uniform grid, with that closed-form test",

@@ -98,7 +98,7 @@ def dynamic(parts):
     )
     shares = made / (made + kept)
     what = "cages recomputed in a median step, and in the worst"
-    shown = f"{percent(np.median(shares), 1)}, {percent(shares.max(), 1)}"
+    shown = f"{percent(np.median(shares), 1)} / {percent(shares.max(), 1)}"
     yield "3.1", what, WHO[SPHERES], shown
 
 
@@ -140,7 +140,7 @@ def welzl(parts):
     yield "3", what, "static assembly", ratio_span(builds(sizes, "anew/welzl", "anew/exact"))
     sizes_of = [sizes[0].median("Cascade", f"boxes/{name}", "bytes") for name in ("union", "basis")]
     what = "bytes of a box, alone and with its basis"
-    yield "3.1", what, "boxes", ", ".join(map(count, sizes_of))
+    yield "3.1", what, "boxes", " / ".join(map(count, sizes_of))
 
 
 def peak(segments, runs):

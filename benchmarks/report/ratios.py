@@ -90,7 +90,7 @@ ROWS = {row.title: row for row in _rows()}
 READ = (
     "Ratios are of medians, with their 95 % intervals, of runs in one process. One is 'as fast' "
     "where the interval lies within 0.9 to 1.1, and 'too noisy to tell' where its ends differ by a "
-    "factor above 1.5. Fewer than five runs have no interval."
+    "factor above 1.5. Fewer than five runs have no interval, and that of five is their range."
 )
 NOISY = 1.5  # An interval whose ends differ by more tells nothing.
 AS_FAST, NEAR_ONE = (0.9, 1.1), (0.8, 1.25)
@@ -230,9 +230,10 @@ class Scene:
                 raise ValueError(f"{self.part.file}: {pairs} pairs, {best} {theirs}")
         return ratio_of(self.runs(best, row.key), ours, best)
 
-    def sampled(self, boxes):
-        """Pairs that fcl::collide was called on and pairs that there are, of the best."""
-        name = self.best(self.of("FCL", boxes, COLLIDE), "frame")
+    def sampled(self, row):
+        """Pairs that the library's own test was called on in a run and pairs that there are, of the
+        best."""
+        name = self.best(self.of(row.library, row.boxes, COLLIDE), "frame")
         return self.median(name, "sampled"), self.median(name, "of")
 
     def bytes(self, name):

@@ -326,6 +326,7 @@ class ReportTest(unittest.TestCase):
         """If this failed, a sentence would have a figure that no table has."""
         table = "| | one | two |\n|---|--:|--:|\n| a: b | 4.4x (4.3 to 4.5) | ~31.0 s |\n"
         table += "| a: bc | 0.7 | - |\n| a: d; e | >1,200 | 0.5 to 2 |\n"
+        table += "| f | ~2.3 to 29 | 4.0x (1 to 90) |\n| g | as fast (0.95 to 1.1) | 2 ms |\n"
         table = self.MARK.format("t").replace("old\n", table)
         measured, page = self.root / "docs" / "measured", self.root / "docs" / "a.md"
         measured.mkdir(parents=True)
@@ -344,12 +345,16 @@ class ReportTest(unittest.TestCase):
 
         self.assertEqual(filled("t > a: b > one", "t > a: b > two"), ["4.4 times", "~31.0 s"])
         self.assertEqual(filled("t > a: bc > one", "t > a: d > *"), ["0.7", "0.5 to >1,200"])
+        self.assertEqual(filled("t > a: bc > *", "t > f > *"), ["0.7", "~2.3 to 29"])
         self.assertEqual(
             filled("c > 2 x, y; boxes > is", "c > 2 x, y; all > is / 2"), ["1.07", "8 %"]
         )
         for mark, error in (
             ("t > a > one", "3 rows begin"),
             ("t > a: b > three", "no column 'three'"),
+            ("t > a: bc > two", "no number in the column 'two'"),
+            ("t > g > *", "'as fast .*' has no number"),
+            ("t > g >", "not complete"),
             ("u > a > one", "no table u"),
         ):
             with self.assertRaisesRegex(ValueError, error):
@@ -1017,7 +1022,7 @@ class ReportTest(unittest.TestCase):
             ("2.3 tests of balls of one sphere / segments", "Welzl", "10 to 20"),
             ("3 making all spheres by Welzl's algorithm / by the library's", "static", "2.0"),
             ("3.1 " + power.format("cascade verification"), "each leaf", "2.00"),
-            ("3.1 bytes of a box, alone and with its basis", "boxes", "48, 72"),
+            ("3.1 bytes of a box, alone and with its basis", "boxes", "48 / 72"),
             (f"4.1 {peak}", "Welzl", "8.0"),
             ("4.1 making all spheres of the static assembly / making its boxes", "Welzl", "3.0"),
         ):
