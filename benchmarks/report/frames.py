@@ -78,11 +78,11 @@ def least_of(scenes, row):
 
 
 IN_README = {
-    ratios.TOUCHING_TEST: "FCL's fastest tree, with a closed-form test of capsules",
-    ratios.TOUCHING_TIGHT: "FCL's fastest tree, with `fcl::collide` on a sample",
-    ratios.COAL_TEST: "coal's fastest tree, with that closed-form test",
-    ratios.EMBREE_TEST: "Embree's fastest tree, with that closed-form test",
-    ratios.GRID_TEST: "a uniform grid, with that closed-form test",
+    ratios.TOUCHING_TEST: "FCL's fastest tree, closed-form test of capsules",
+    ratios.TOUCHING_TIGHT: "FCL's fastest tree, `fcl::collide` on a sample",
+    ratios.COAL_TEST: "coal's fastest tree, closed-form test",
+    ratios.EMBREE_TEST: "Embree's fastest tree, closed-form test",
+    ratios.GRID_TEST: "a uniform grid, closed-form test",
 }
 
 

@@ -6,9 +6,15 @@ again, so that a table can be written without the other machines.
 """
 
 import json
+import re
 from dataclasses import dataclass
 
 from tables import Table
+
+# A machine like another one in all but its processor is told by that and its code.
+SOURCE = re.compile(
+    r"(?P<command>`[^`]*`, )(?P<machine>[^;]*)(?P<rest>;.*)(?P<code>; commit [^;]*)", re.DOTALL
+)
 
 
 @dataclass
@@ -38,5 +44,10 @@ def renewed(known, table, machine, source):
 def markdown(table, found):
     """The table, and what each of its columns is of."""
     cells = {machine: measured["cells"] for machine, measured in found.items()}
-    sources = "\n".join(measured["source"] + "\\" for measured in found.values())
-    return table.table(cells).markdown() + "\n\n" + sources.removesuffix("\\")
+    sources, told = [], None
+    for measured in found.values():
+        match = SOURCE.fullmatch(measured["source"])
+        alike = match and match["command"] + match["rest"]
+        sources.append(match["machine"] + match["code"] if told and alike == told else match[0])
+        told = told or alike
+    return table.table(cells).markdown() + "\n\n" + "\\\n".join(sources)

@@ -372,8 +372,8 @@ class ReportTest(unittest.TestCase):
         text, _ = self.documented("headline", readme=readme)
         head = [line for line in text["readme"].splitlines() if line.startswith("|  ")][0]
         self.assertRegex(head, r"^\| +\| +AMD EPYC, \w+ \| +Zuse Z3, \w+ \|$")
-        self.assertRegex(text["readme"], r"commit abcdef0, .*\n`.*Zuse.*commit 1234567, ")
-        cells = self.row(text["readme"], "FCL's fastest tree, with a closed-form test")
+        self.assertRegex(text["readme"], r"commit abcdef0, .*\nZuse Z3, 2 cores; commit 1234567, ")
+        cells = self.row(text["readme"], "FCL's fastest tree, closed-form test")
         self.assertEqual(cells[0], cells[1])
 
     def test_a_part_of_a_set_is_no_least_of_all_scenes(self):
