@@ -267,9 +267,9 @@ SETS = {
 def titles(kind):
     """Of the scenes of the measures `kind_NAME`, by NAME."""
     start = kind + "_"
-    measures = (one for measures in SETS.values() for one in measures)
     return {
         one.name[len(start) :]: one.title
+        for measures in SETS.values()
         for one in measures
         if one.name.startswith(start) and one.title
     }

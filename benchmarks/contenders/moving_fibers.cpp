@@ -62,11 +62,6 @@ void BasicMovingFibers<S>::addFrame(const FiberPolylines& frame) {
 }
 
 template <typename S>
-std::size_t BasicMovingFibers<S>::index(const Object* object) {
-  return reinterpret_cast<std::uintptr_t>(object->getUserData());
-}
-
-template <typename S>
 std::vector<Capsule> BasicMovingFibers<S>::capsules() const {
   std::vector<Capsule> capsules;
   capsules.reserve(segmentCount());

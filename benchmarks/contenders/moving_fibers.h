@@ -60,7 +60,9 @@ class BasicMovingFibers {
   const std::vector<Fiber>& fibers() const { return fibers_; }
 
   /// The object's number in objects().
-  static std::size_t index(const Object* object);
+  static std::size_t index(const Object* object) {
+    return reinterpret_cast<std::uintptr_t>(object->getUserData());
+  }
 
   /// The number of the segment that follows each one in its fiber, or its own at the end of one.
   std::vector<std::uint32_t> nextInFiber() const;

@@ -2,7 +2,6 @@
 #include "contenders/narrow_phase.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <type_traits>
 
 #include <fcl/narrowphase/collision.h>
@@ -11,12 +10,6 @@
 
 namespace fcl_fibers::benchmarks {
 namespace {
-
-/// Its place among the objects of its MovingFibers.
-template <typename S>
-std::size_t numberOf(const fcl::CollisionObject<S>& object) {
-  return reinterpret_cast<std::uintptr_t>(object.getUserData());
-}
 
 template <typename S>
 struct Sampler {
@@ -97,7 +90,8 @@ std::size_t countTouching(const BasicManager<S>& manager,
   for (const auto* const object : objects) counter.axes.push_back(axisOf(*object));
   manager.collide(&counter, [](auto* a, auto* b, void* data) {
     auto& found = *static_cast<Counter*>(data);
-    found.count += capsulesTouch(found.axes[numberOf(*a)], found.axes[numberOf(*b)]);
+    found.count += capsulesTouch(found.axes[BasicMovingFibers<S>::index(a)],
+                                 found.axes[BasicMovingFibers<S>::index(b)]);
     return false;
   });
   return counter.count;
