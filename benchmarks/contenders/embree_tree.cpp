@@ -220,9 +220,8 @@ class EmbreeBoxes : public BoxTree {
     rtcAttachGeometry(scene_.get(), geometry_.get());
   }
 
-  void update(std::vector<FloatBox> boxes) override {
-    boxes_ = std::move(boxes);
-    setBoxes(geometry_.get(), boxes_);
+  void update(const std::vector<FloatBox>& boxes) override {
+    setBoxes(geometry_.get(), boxes);
     rtcCommitGeometry(geometry_.get());
     commit(device_.get(), scene_.get());
   }
@@ -248,7 +247,6 @@ class EmbreeBoxes : public BoxTree {
 
  private:
   Device device_;
-  std::vector<FloatBox> boxes_;
   Scene scene_;
   Geometry geometry_;
 };
@@ -274,13 +272,13 @@ std::unique_ptr<BoxTree> makeEmbreeBoxes(bool morton) {
   return std::make_unique<EmbreeBoxes>(newDevice(1), morton);
 }
 
-std::function<std::size_t()> embreeOverlaps(std::vector<FloatBox> a, std::vector<FloatBox> b,
-                                            bool morton) {
+std::function<std::size_t()> embreeOverlaps(const std::vector<FloatBox>& a,
+                                            const std::vector<FloatBox>& b, bool morton) {
   const Device device = newDevice(1);
   const auto tree = std::make_shared<EmbreeBoxes>(device, morton);
   const auto other = std::make_shared<EmbreeBoxes>(device, morton);
-  tree->update(std::move(a));
-  other->update(std::move(b));
+  tree->update(a);
+  other->update(b);
   return [=] { return tree->countOverlaps(*other); };
 }
 

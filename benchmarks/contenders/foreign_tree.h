@@ -120,7 +120,8 @@ class BoxTree {
 
   virtual ~BoxTree() = default;
   /// Builds it anew, as the library does this after a motion.
-  virtual void update(std::vector<FloatBox> boxes) = 0;
+  /// @param boxes  borrowed until the next update
+  virtual void update(const std::vector<FloatBox>& boxes) = 0;
   /// Visits each pair once, in blocks as the library hands them on.
   virtual void visitPairs(const Visitor& visit) const = 0;
 };
@@ -131,8 +132,8 @@ std::unique_ptr<BoxTree> makeEmbreeBoxes(bool morton);
 /// Builds two trees on one thread, with one box to a leaf, and returns a query that counts the
 /// pairs of a box of each which overlap.
 /// @param morton  by Morton codes; otherwise by surface area
-std::function<std::size_t()> embreeOverlaps(std::vector<FloatBox> a, std::vector<FloatBox> b,
-                                            bool morton);
+std::function<std::size_t()> embreeOverlaps(const std::vector<FloatBox>& a,
+                                            const std::vector<FloatBox>& b, bool morton);
 #endif
 
 }  // namespace fcl_fibers::benchmarks

@@ -53,8 +53,9 @@ NarrowPhase collidePairs(const ObjectPairs<S>& pairs) {
   std::size_t touching = 0;
   const double taken = seconds([&] {
     const fcl::CollisionRequest<S> request;
+    fcl::CollisionResult<S> result;
     for (const auto& [a, b] : pairs) {
-      fcl::CollisionResult<S> result;
+      result.clear();
       fcl::collide(a, b, request, result);
       if (result.isCollision()) ++touching;
     }

@@ -93,14 +93,15 @@ class EmbreeSweptTree final : public SweptTree {
  private:
   void fit(const scenes::Step& step) override {
     const SweptBoxes boxes(step);
-    std::vector<FloatBox> all;
-    all.reserve(fibers().ids.size());
+    boxes_.clear();
+    boxes_.reserve(fibers().ids.size());
     for (const index::SegmentId id : fibers().ids) {
       const geometry::Segment box = boxes.box(id, {});
-      all.push_back(floatBox({{box.a.x, box.a.y, box.a.z}, {box.b.x, box.b.y, box.b.z}}));
+      boxes_.push_back(floatBox({{box.a.x, box.a.y, box.a.z}, {box.b.x, box.b.y, box.b.z}}));
     }
-    tree_->update(std::move(all));
+    tree_->update(boxes_);
   }
+  std::vector<FloatBox> boxes_;  // outlive the tree, which borrows them
   std::unique_ptr<BoxTree> tree_;
 };
 #endif

@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kRuns = 5;
 constexpr std::size_t kProbes = 100;
-constexpr int kFrames = 4;  // of one tree
+constexpr int kFrames = 4;
 
 /// Ours, and FCL's two trees with each tree_init_level.
 std::vector<Contender> contendersWith(Boxes fcl_boxes) {
@@ -178,6 +178,7 @@ void registerObjects(LooseObjects& loose, const Contender& contender) {
     double update = 0, detection = 0;
     std::size_t pairs = 0;
     for (int frame = 0; frame < kFrames; ++frame) {
+      if (contender.is_renewed && frame > 0) manager = contender.setUp(loose.objects);
       loose.setPoses(frame % 2 == 0 ? 1 : 0);
       update += seconds([&] {
         loose.computeBoxes(contender);
