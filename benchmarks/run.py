@@ -23,7 +23,7 @@ BUILD = ROOT / "build" / "benchmarks"
 SET_HELP = {
     "full": "the tables of docs/measured. It takes 6 GB of memory, and up to 20 GB if the "
     "machine has it",
-    "trade": "docs/trade.md: what options cost and miss on ten kinds of scene, and narrow phases. "
+    "trade": "docs/trade.md: what options cost and miss on fifteen scenes, and narrow phases. "
     "It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx",
     "paper": "the paper's Table I, figures, pictures and claims",
     "python": "docs/python.md: a step of the Python package, beside other ways and C++",

@@ -202,7 +202,7 @@ def scene_table(scene):
     header += ["bytes per segment", "runs"]
     caption = (
         "Times are medians, that of a frame with its 95 % interval. 'And test' is a "
-        "closed-form test of two capsules in the callback. 'And collide' is fcl::collide; its "
+        "closed-form test of two capsules in the callback. 'And collide' is the library's own collide(); its "
         "detection and ~ are scaled up from the sample. Only FCL's managers read boxes that "
         "somebody has written. A tree of FCL's that was fastest in some phases alone, when all "
         "were tried, has only these."
@@ -242,7 +242,7 @@ def tried(scene):
         "in the last two columns, the fastest with either boxes."
     )
     return Table(
-        f"tried {scene.name}", f"FCL's levels, {scene.title()}", ["", *PHASE_TITLES], rows, caption
+        f"tried {scene.name}", f"Levels of FCL's and coal's trees, {scene.title()}", ["", *PHASE_TITLES], rows, caption
     )
 
 
