@@ -5,6 +5,8 @@ The sources' folder is the top of the repository, so that relative links mean th
 """
 
 import ast
+import csv
+import io
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -222,13 +224,25 @@ def add_live_pages(app, doctree, docname):
 
 
 def add_measured(app, docname, source):
-    """Tables of docs/measured, folded, below the paragraph or list that links them."""
+    """Tables of docs/measured, folded, below the paragraph or list that links them. Rows of one
+    cell at the end are what the table is of."""
+
+    def table(path):
+        with (ROOT / "docs" / path).open(encoding="utf-8", newline="") as file:
+            rows = list(csv.reader(file))
+        notes = []
+        while not any(rows[-1][1:]):
+            notes.insert(0, rows.pop()[0])
+        text = io.StringIO()
+        csv.writer(text).writerows(rows)
+        return "\n\n".join(
+            (f"```{{csv-table}}\n:header-rows: 1\n\n{text.getvalue()}```", *notes)
+        )
 
     def shown(block):
         for title, path in re.findall(r"\[([^]]+)\]\((measured/[\w.-]+\.csv)\)", block):
-            table = f"```{{csv-table}}\n:file: {path}\n:header-rows: 1\n```"
             title = " ".join(title.split())
-            block += f"\n\n<details><summary>{title}</summary>\n\n{table}\n\n</details>"
+            block += f"\n\n<details><summary>{title}</summary>\n\n{table(path)}\n\n</details>"
         return block
 
     if docname == "docs/measured":
