@@ -96,21 +96,33 @@ std::vector<NumberPair> embree(const Specimen<S>& specimen, double) {
 #endif
 
 #ifdef FCL_FIBERS_WITH_COAL
+/// coal's broad phase, with its own test of a pair or the closed form.
+template <bool kClosedForm>
 std::vector<NumberPair> coalTree(const Specimen<double>& specimen, double) {
+  const Objects<double> fcl_objects = specimen.objects();
   struct Callback : coal::CollisionCallBackBase {
+    explicit Callback(const Objects<double>& all) : all(all) {}
+    const Objects<double>& all;
     std::map<const coal::CollisionObject*, std::int32_t> numbers;
     std::vector<NumberPair> found;
     bool collide(coal::CollisionObject* a, coal::CollisionObject* b) override {
-      coal::CollisionResult result;
-      if (coal::collide(a, b, coal::CollisionRequest(), result) > 0) {
-        found.push_back({numbers.at(a), numbers.at(b)});
+      const NumberPair pair = {numbers.at(a), numbers.at(b)};
+      if (kClosedForm ? benchmarks::capsulesTouch(object(pair.a), object(pair.b)) : touch(a, b)) {
+        found.push_back(pair);
       }
       return false;
     }
-  } callback;
+    const fcl::CollisionObjectd& object(std::int32_t i) const {
+      return *all[static_cast<std::size_t>(i)];
+    }
+    static bool touch(const coal::CollisionObject* a, const coal::CollisionObject* b) {
+      coal::CollisionResult result;
+      return coal::collide(a, b, coal::CollisionRequest(), result) > 0;
+    }
+  } callback(fcl_objects);
   std::vector<std::unique_ptr<coal::CollisionObject>> objects;
   coal::DynamicAABBTreeCollisionManager manager;
-  for (const auto* object : specimen.objects()) {
+  for (const auto* object : fcl_objects) {
     const auto& capsule = static_cast<const fcl::Capsuled&>(*object->collisionGeometry());
     const coal::Transform3s pose(object->getRotation(), object->getTranslation());
     objects.push_back(std::make_unique<coal::CollisionObject>(
@@ -133,7 +145,10 @@ std::vector<std::pair<std::string, Ask<S>>> peers() {
   all.emplace_back("Embree, closed form", embree<S>);
 #endif
 #ifdef FCL_FIBERS_WITH_COAL
-  if constexpr (std::is_same_v<S, double>) all.emplace_back("coal", coalTree);
+  if constexpr (std::is_same_v<S, double>) {
+    all.emplace_back("coal, closed form", coalTree<true>);
+    all.emplace_back("coal, `coal::collide`", coalTree<false>);
+  }
 #endif
   return all;
 }
@@ -151,7 +166,8 @@ std::vector<std::string> peerTexts() {
 #endif
 #ifdef FCL_FIBERS_WITH_COAL
       "**coal** " COAL_VERSION
-      ": `DynamicAABBTreeCollisionManager` and `coal::collide` with its defaults, in double only.",
+      ": `DynamicAABBTreeCollisionManager`, and the same closed form or `coal::collide` with its "
+      "defaults, in double only.",
 #else
       "**coal** was not found.",
 #endif
