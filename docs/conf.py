@@ -235,9 +235,7 @@ def add_measured(app, docname, source):
             notes.insert(0, rows.pop()[0])
         text = io.StringIO()
         csv.writer(text).writerows(rows)
-        return "\n\n".join(
-            (f"```{{csv-table}}\n:header-rows: 1\n\n{text.getvalue()}```", *notes)
-        )
+        return "\n\n".join((f"```{{csv-table}}\n:header-rows: 1\n\n{text.getvalue()}```", *notes))
 
     def shown(block):
         for title, path in re.findall(r"\[([^]]+)\]\((measured/[\w.-]+\.csv)\)", block):

@@ -202,10 +202,10 @@ def scene_table(scene):
     header += ["bytes per segment", "runs"]
     caption = (
         "Times are medians, that of a frame with its 95 % interval. 'And test' is a "
-        "closed-form test of two capsules in the callback. 'And collide' is the library's own collide(); its "
-        "detection and ~ are scaled up from the sample. Only FCL's managers read boxes that "
-        "somebody has written. A tree of FCL's that was fastest in some phases alone, when all "
-        "were tried, has only these."
+        "closed-form test of two capsules in the callback. 'And collide' is the library's own "
+        "collide(); its detection and ~ are scaled up from the sample. Only FCL's managers read "
+        "boxes that somebody has written. A tree of FCL's that was fastest in some phases alone, "
+        "when all were tried, has only these."
     )
     if scene.name == "paper-dynamic":
         steps = count(scene.median(BOXES, "frames"))
@@ -242,7 +242,11 @@ def tried(scene):
         "in the last two columns, the fastest with either boxes."
     )
     return Table(
-        f"tried {scene.name}", f"Levels of FCL's and coal's trees, {scene.title()}", ["", *PHASE_TITLES], rows, caption
+        f"tried {scene.name}",
+        f"Levels of FCL's and coal's trees, {scene.title()}",
+        ["", *PHASE_TITLES],
+        rows,
+        caption,
     )
 
 

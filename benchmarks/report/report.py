@@ -166,6 +166,7 @@ def trade_offs(folder):
         report.add(f"trade_{name}", trade.scene_table, name, parts.get(f"trade_{name}"))
     report.add("skins", live.skins, parts.get("skins"))
     report.add("costs", trade.costs, parts.get("costs"))
+    report.add("costs", trade.tapers, parts.get("costs"))
     report.add("unused", trade.unused, parts.get("unused"))
     hair = parts.get("narrow")
     report.add("narrow", narrow.narrow, hair, parts.get("narrow_paper-static"))

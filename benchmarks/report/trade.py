@@ -3,6 +3,7 @@
 
 import math
 import re
+from functools import partial
 
 from measured_sets import titles
 from ratios import median_of
@@ -140,22 +141,35 @@ def dials(parts):
     return Table("trade-dials", "All dials over all scenes", header, rows, caption)
 
 
+def is_beside(part, name):
+    """Whether the fibers took turns with others, without tapers or branches."""
+    return "times" in part.counters("Costs", name)
+
+
 def costs(part):
     rows = []
     for name in sorted(part.names("Costs")):
+        if is_beside(part, name):
+            continue
         keys = ("segments", "bytes", "pairs", "update", "detection")
         segments, size, pairs, *times = part.medians("Costs", name, *keys)
         cells = [digits(size / segments), *(count(1e9 * seconds / segments) for seconds in times)]
-        if "times" in part.counters("Costs", name):
-            cells[-1] += f" ({digits(part.median('Costs', name, 'times'), 2)} times)"
         rows.append([name.replace("/", ": ", 1), *cells, count(pairs)])
     header = ["input: options", "bytes per segment", "update, ns per segment"]
     header += ["detection, ns per segment", "pairs"]
-    caption = (
-        "Arrays are a FiberTree's, objects a manager's. Times: beside fibers of equal radii or "
-        "without branches, in turns."
-    )
+    caption = "Arrays are a FiberTree's, objects a manager's."
     return Table("costs", "What options cost", header, rows, caption)
+
+
+def tapers(part):
+    rows = []
+    for name in filter(partial(is_beside, part), part.names("Costs")):
+        what = name.split("neighbours by number, ")[1]
+        what += "" if ", " in what else ", pairs"
+        rows.append([what, median_of(part.runs("Costs", name, "times")).text()])
+    header = ["query", "times that of fibers without"]
+    caption = "Fibers without tapers or branches took turns, and found equal pairs."
+    return Table("tapers", "What tapers and branches cost", header, rows, caption)
 
 
 def unused(part):

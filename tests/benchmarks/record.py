@@ -47,7 +47,7 @@ RECORDED = {
     "full/safe-distances": ["safe-distances", HELIX, "--motion=slow", "--steps=5"],
     "full/motion_50": ["motion", "--fibers=500", "--radii=50"],
     "full/motion_480": ["motion", "--fibers=500", "--radii=480"],
-    "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/"],
+    "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/|branches|mesh/"],
     "trade/trade_static": ["trade", "paper-static:fibers=20,segments=20,radius=0.05"],
     "trade/trade_dynamic-step": ["trade", "helix:fibers=20", "--end=helix:fibers=20,frame=3"],
     "trade/unused": ["unused", HELIX, "--benchmark_filter=cylinder|groups"],

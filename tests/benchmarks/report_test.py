@@ -667,12 +667,23 @@ class ReportTest(unittest.TestCase):
             "Trade of the paper's static assembly",
             "Trade of a step of that",
             "What options cost",
+            "What tapers and branches cost",
             "Narrow phases",
             "Errors of contacts",
             "Narrow phases at the extremes",
         ):
             self.assertIn(f"## {title}\n", text)
         self.assertEqual(page.count("<img "), 1)
+
+    def test_tapers_and_branches_are_beside_fibers_without(self):
+        """If this failed, nobody would know what they cost, or it would hide among the options."""
+        self.take("trade", "costs")
+        name = "Costs/arrays/boxes, capsules, neighbours by number, branches"
+        self.put("costs", {name: {"times": [1.9, 2.1, 2.0, 2.2, 1.9]}})
+        costs, tapers = self.made("trade").split("## What tapers and branches cost")
+        self.assertEqual(self.row(tapers, "branches, pairs"), ["2.0x (1.9 to 2.2)"])
+        self.assertEqual(tapers.count("\n| "), 4)  # header, line, branches and a mesh
+        self.assertNotIn("branches", costs)
 
     def test_a_trade_tells_what_each_setting_costs_and_misses(self):
         """If this failed, a setting would seem to miss less than it does, or to take less."""
