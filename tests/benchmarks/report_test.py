@@ -382,6 +382,26 @@ class ReportTest(unittest.TestCase):
         text, _ = self.documented("headline", readme=self.MARK.format("readme"))
         self.assertIn("old", text["readme"])
 
+    def test_a_main_table_needs_its_own_measures_alone(self):
+        """If this failed, a table could not be written before hours of other measures."""
+        self.take("full", "obstacles_cables", "clients")
+        for source, names in (
+            ("frames_helix", ("helix", "helix-2000", "cap", "paper-dynamic")),
+            ("obstacles_combed", ("combed", "cap")),
+            ("motion_50", (5, 50, 150, 480)),
+        ):
+            for name in names:
+                path = self.folder / f"{source.split('_')[0]}_{name}.json"
+                shutil.copy(HERE / "results" / "full" / f"{source}.json", path)
+        for path in self.folder.iterdir():
+            self.edit(path.stem, lambda run: True, machine="one")
+        mark = self.MARK.format("summary")
+        text, _ = self.documented("full", a=mark)
+        self.assertNotIn("old", text["a"])
+        (self.folder / "motion_5.json").unlink()
+        text, _ = self.documented("full", a=mark)
+        self.assertIn("old", text["a"])
+
     def page(self, kind, *flags):
         """Text and page of all that is recorded."""
         self.take(kind)
