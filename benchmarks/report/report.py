@@ -102,8 +102,9 @@ class Report:
     @property
     def machine(self):
         """The kind of machine: its processor, and the target of our SIMD."""
-        simd = {part.context["simd"] for part in self.parts.values() if "simd" in part.context}
-        return ", ".join([told(self.parts, "machine").split(", ")[0], *sorted(simd)[:1]])
+        # The first measure of a set is not held to a lesser target.
+        simd = [part.context["simd"] for part in self.parts.values() if "simd" in part.context]
+        return ", ".join([told(self.parts, "machine").split(", ")[0], *simd[:1]])
 
     def lacks(self, name):
         """Whether a file of the table of that name was not measured."""
