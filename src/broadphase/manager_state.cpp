@@ -236,6 +236,7 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
     markStale();
     generations_.keepStarts();
   }
+  const bool was_in_tree = !obstacles_.isBeside(id);
   const bool keeps_ids = registry_.remove(object);
   last_registered_.reset();
   obstacles_.remove(id);
@@ -251,7 +252,11 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
       }
     }
   }
-  ++(generations_.isYoung(id) ? removed_young_ : removed_);
+  if (generations_.isYoung(id)) {
+    ++removed_young_;
+  } else if (was_in_tree) {
+    ++removed_;
+  }
   const std::size_t in_main = generations_.main().leaves().size();
   if (!keeps_ids || removed_ > std::min(registry_.size(), in_main) / 8) markStale();
   if (registry_.fibers().hasUnsettledJoints()) {

@@ -51,10 +51,13 @@ class ById {
   }
   const Entry* get(SegmentId id) const { return const_cast<ById*>(this)->get(id); }
 
-  /// Makes room for more entries, so that adding them cannot throw.
+  /// Makes room for more entries, so that adding them cannot throw. After many there is room for
+  /// single ones, so that the first of them does not move all.
   void reserve(std::size_t more) {
     if (size() + more <= ids_.capacity()) return;
-    const std::size_t capacity = std::max(size() + more, 2 * ids_.capacity());
+    constexpr std::size_t kFew = 64;
+    const std::size_t capacity =
+        std::max(size() + more + std::min(kFew, more / 8), 2 * ids_.capacity());
     entries_.reserve(capacity);
     ids_.reserve(capacity);
   }

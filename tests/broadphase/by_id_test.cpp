@@ -139,6 +139,20 @@ TEST(ById, WhatIsReservedNeedsNoMemory) {
   EXPECT_LE(growths, 5);
 }
 
+// The first one that comes back after many were registered together would move all.
+TEST(ById, AfterManyThereIsRoomForAFew) {
+  ById<Entry> entries;
+  const int object = 0;
+  entries.reserve(1000);
+  for (SegmentId id = 0; id < 1000; ++id) entries.add(id, {&object, nullptr});
+  const Entry* const first = &entries[0];
+  for (SegmentId id = 1000; id < 1060; ++id) {
+    entries.reserve(1);
+    entries.add(id, {&object, nullptr});
+  }
+  EXPECT_EQ(&entries[0], first);
+}
+
 // The first of many to go would move all the others.
 TEST(ById, RemovedEntriesKeepTheirPlacesUntilItIsCompact) {
   ById<Entry> entries;

@@ -287,5 +287,30 @@ TYPED_TEST(ComingAndGoing, ManyBuildTheTreeAnewAndFewDoNot) {
   }
 }
 
+// The tree is of two spheres and has nothing of the meshes, each of which would cost a reading of
+// all as it goes.
+TYPED_TEST(ComingAndGoing, WhatGoesFromBesideTheTreeLeavesItAlone) {
+  using S = typename TypeParam::Scalar;
+  constexpr std::size_t kMeshes = 200;
+  FiberManagerOptions by_capsules;
+  by_capsules.report = Report::kCapsules;
+  Scene<S> scene;
+  for (int i = 0; i < 2; ++i) scene.addSphere({0, 0, 0}, 1);
+  const auto model = makeModel<S>(modelTypes<S>().front(), blob(0.3, 0.2, 6, 4));
+  for (std::size_t i = 1; i <= kMeshes; ++i) {
+    const Eigen::Vector3d place(3 * static_cast<double>(i), 0, 0);
+    scene.add(model, makePose<S>(Eigen::Quaterniond::Identity(), place));
+  }
+  Managed<TypeParam> manager(scene, by_capsules);
+  EXPECT_EQ(selfPairs(*manager).size(), 1u);
+  moveTo(*scene[0], makePose<S>(Eigen::Quaterniond::Identity(), {0, 50, 0}));
+  for (std::size_t i = 0; i < kMeshes / 3; ++i) {
+    manager.unregister(manager.size() - 1);
+    EXPECT_EQ(selfPairs(*manager).size(), 1u) << i;
+  }
+  manager->update();
+  EXPECT_TRUE(selfPairs(*manager).empty());
+}
+
 }  // namespace
 }  // namespace fcl_fibers::test
