@@ -642,7 +642,7 @@ FAULTS = [
     Fault("a mesh that goes has all read again", "broadphase/manager_state.cpp",
           "} else if (was_in_tree) {", "} else {", MANAGERS),
     Fault("the first that comes back moves all", "broadphase/obstacles.h",
-          "std::min(kFew, more / 8)", "0", "registry_test"),
+          "size() + more + more / 8", "size() + more", "registry_test"),
     Fault("two young objects meet twice", "broadphase/manager_state.cpp",
           "segmentsFrom(begin)", "segmentsFrom(0)", MANAGERS),
     Fault("young objects do not meet the others", "broadphase/generations.h",

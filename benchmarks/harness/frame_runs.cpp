@@ -17,8 +17,8 @@ constexpr double kSlowFrame = 0.1;
 
 // Seconds that all runs of one contender are to take, but an interval needs so many runs: of five,
 // one that another program has disturbed widens it as far as itself.
-constexpr double kSecondsPerContender = 8;
-constexpr double kLeastRuns = 9, kMostRuns = 15;
+constexpr double kSecondsPerContender = 10;
+constexpr double kLeastRuns = 9, kMostRuns = 25;
 constexpr double kLeastRunsOfLarge = 7;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
 

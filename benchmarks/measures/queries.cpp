@@ -21,7 +21,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 5;
+constexpr int kRuns = 9;
 constexpr std::size_t kProbes = 100;
 constexpr int kFrames = 4;
 
@@ -171,7 +171,7 @@ void registerQuery(const Query& query, const Contender& contender) {
 
 void registerObjects(LooseObjects& loose, const Contender& contender) {
   const std::string name = "Objects/" + loose.name + "/" + contender.name();
-  registerRuns(name, 2 * kRuns - 1, [&](Numbers& numbers) {
+  registerRuns(name, kRuns, [&](Numbers& numbers) {
     loose.setPoses(0);
     numbers["boxes"] = seconds([&] { loose.computeBoxes(contender); });
     std::unique_ptr<Manager> manager;

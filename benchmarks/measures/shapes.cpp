@@ -30,7 +30,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 9;
+constexpr int kRuns = 15;
 constexpr int kTurns = 4;  // of two managers in one run
 
 using FiberManager = LayeredAABBTreeCollisionManagerd;

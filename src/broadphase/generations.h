@@ -64,6 +64,13 @@ class Generations {
   static std::size_t mostYoung(std::size_t size) {
     return std::min(size / 8, static_cast<std::size_t>(std::sqrt(2.0 * static_cast<double>(size))));
   }
+  /// Whether all are to be built into one index, if the young one would be searched.
+  /// @param young    ids from youngBegin() on
+  /// @param removed  those of them of which the objects have gone
+  /// @param size     of all objects
+  static bool areTooMany(std::size_t young, std::size_t removed, std::size_t size) {
+    return young - removed > mostYoung(size) || young > size / 8;
+  }
 
   /// Copies the segments, which rest.
   void copy(const Generations& other) {

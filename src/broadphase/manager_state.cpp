@@ -206,12 +206,10 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   }
 }
 
-/// Whether all are to be built into one index, if the young one would be searched.
 template <typename S>
 bool ManagerState<S>::hasTooManyYoung() const {
   const auto young = static_cast<std::size_t>(registry_.idCount() - generations_.youngBegin());
-  return young - removed_young_ > Generations::mostYoung(registry_.size()) ||
-         young > registry_.size() / 8;
+  return Generations::areTooMany(young, removed_young_, registry_.size());
 }
 
 /// Whether so few objects were registered since the last update that more may follow one by one.

@@ -44,10 +44,13 @@ MeshCache::IsSame isSameFor(const Entry& entry) {
   return entry.is_rigid ? MeshCache::IsSame::kAlways : MeshCache::IsSame::kInUpdate;
 }
 
-tree::Fibers oneEach(SegmentId begin, SegmentId end) {
+/// Of each entry from a place on that has an object.
+template <class Entry>
+tree::Fibers oneEach(const ById<Entry>& entries, SegmentId begin) {
   tree::Fibers fibers;
-  for (SegmentId id = begin; id < end; ++id) {
-    fibers.ids.push_back(id);
+  for (auto place = static_cast<std::size_t>(begin); place < entries.size(); ++place) {
+    if (entries[place].object == nullptr) continue;
+    fibers.ids.push_back(static_cast<SegmentId>(place));
     fibers.endFiber();
   }
   return fibers;
@@ -396,9 +399,10 @@ void Obstacles<S>::read(const Frame& frame, bool all, SegmentId young_begin) {
     const bool may_refit = keeps_places && boxes_.end() == count;
     return finishBoxes(frame, may_refit && boxes_.refit(source, frame));
   }
-  const bool are_few =
-      static_cast<std::size_t>(count - young) <= Generations::mostYoung(beside_.size());
-  finishBoxes(frame, are_few && boxes_.buildYoung(source, count, oneEach(young, count)));
+  const tree::Fibers fibers = oneEach(beside_, young);
+  const auto places = static_cast<std::size_t>(count - young);
+  const bool are_many = Generations::areTooMany(places, places - fibers.ids.size(), beside_.size());
+  finishBoxes(frame, !are_many && boxes_.buildYoung(source, count, fibers));
 }
 
 /// Forgets the meshes that no object has. To find them takes time, so as many as there are objects
@@ -419,7 +423,7 @@ void Obstacles<S>::finishBoxes(const Frame& frame, bool are_fitted) {
   if (!are_fitted) {
     const auto count = static_cast<SegmentId>(beside_.size());
     boxes_.clear();
-    boxes_.build(BoxSource(beside_, &BesideEntry::end), frame, count, oneEach(0, count));
+    boxes_.build(BoxSource(beside_, &BesideEntry::end), frame, count, oneEach(beside_, 0));
   }
   if (has_step_) boxes_.fitStart(BoxSource(beside_, &BesideEntry::start));
   has_boxes_ = true;

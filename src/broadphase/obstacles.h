@@ -51,13 +51,11 @@ class ById {
   }
   const Entry* get(SegmentId id) const { return const_cast<ById*>(this)->get(id); }
 
-  /// Makes room for more entries, so that adding them cannot throw. After many there is room for
-  /// single ones, so that the first of them does not move all.
+  /// Makes room for more entries, so that adding them cannot throw. After many there is room for as
+  /// many single ones as may come before compact(), so that none of them moves all.
   void reserve(std::size_t more) {
     if (size() + more <= ids_.capacity()) return;
-    constexpr std::size_t kFew = 64;
-    const std::size_t capacity =
-        std::max(size() + more + std::min(kFew, more / 8), 2 * ids_.capacity());
+    const std::size_t capacity = std::max(size() + more + more / 8, 2 * ids_.capacity());
     entries_.reserve(capacity);
     ids_.reserve(capacity);
   }

@@ -146,7 +146,7 @@ TEST(ById, AfterManyThereIsRoomForAFew) {
   entries.reserve(1000);
   for (SegmentId id = 0; id < 1000; ++id) entries.add(id, {&object, nullptr});
   const Entry* const first = &entries[0];
-  for (SegmentId id = 1000; id < 1060; ++id) {
+  for (SegmentId id = 1000; id < 1125; ++id) {
     entries.reserve(1);
     entries.add(id, {&object, nullptr});
   }
