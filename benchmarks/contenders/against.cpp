@@ -56,13 +56,16 @@ BasicAgainst<S> readAgainst(const std::string& text) {
     }
     against.quick = true;
     against.pair_work = {PairWork::kTest};
-    if (text == "fcl") return against;
-    against.pair_work.push_back(PairWork::kCollide);
     for (const BasicContender<S>& contender : allOf<S>({Group::kForeign})) {
+      const bool is_short = contender.manager == "Grid";
       // Bullet takes a minute on the cap.
       const bool is_long = contender.manager == "Bullet";
-      if (text == "full" || !is_long) against.contenders.push_back(contender);
+      if (is_short || text == "full" || (text == "headline" && !is_long)) {
+        against.contenders.push_back(contender);
+      }
     }
+    if (text == "fcl") return against;
+    against.pair_work.push_back(PairWork::kCollide);
     add(against.tried, allOf<S>({Group::kForeignTuned}));
   } else if (text == "paper" || text == "paper_all") {
     against.contenders = paperTrees<S>();

@@ -9,11 +9,9 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-// Seconds that the frames of a run are to take, and how many frames at most; from kSlowFrame
-// seconds on, a run has one.
-constexpr double kSecondsPerRun = 0.15;
-constexpr double kMaxFrames = 10;
-constexpr double kSlowFrame = 0.1;
+/// Segments that the frames of a run have together, and how many frames at most. All contenders of
+/// a scene have as many, because the first frame after a set-up takes longest.
+constexpr std::size_t kSegmentsOfRun = 300'000, kMaxFrames = 10;
 
 // Seconds that all runs of one contender are to take, but an interval needs so many runs: of five,
 // one that another program has disturbed widens it as far as itself.
@@ -27,15 +25,15 @@ constexpr std::size_t kLargeFromSegments = 1'000'000;
 constexpr std::size_t kNarrowPairs = 50'000, kNarrowPairsOfRun = 200'000, kSamples = 4;
 
 template <typename S>
-std::vector<int> framesOfRun(const BasicMotion<S>& motion, double seconds_per_frame) {
+std::vector<int> framesOfRun(const BasicMotion<S>& motion) {
   std::vector<int> frames;
   if (motion.summed) {
     for (int frame = 1; frame < motion.fibers.frameCount(); ++frame) frames.push_back(frame);
     return frames;
   }
-  if (!(seconds_per_frame <= kSlowFrame)) return {1};
-  const double count = std::clamp(kSecondsPerRun / seconds_per_frame, 2.0, kMaxFrames);
-  for (int i = 0; i < static_cast<int>(count) / 2 * 2; ++i) frames.push_back(1 - i % 2);
+  const std::size_t count = std::min(kSegmentsOfRun / motion.fibers.segmentCount(), kMaxFrames);
+  if (count < 2) return {1};
+  for (std::size_t i = 0; i < count / 2 * 2; ++i) frames.push_back(i % 2 == 0 ? 1 : 0);
   return frames;
 }
 
@@ -72,7 +70,7 @@ BasicFrameRuns<S>::BasicFrameRuns(const BasicContender<S>& contender, const Pref
       checked_(checked),
       motion_(motion),
       last_(last),
-      frames_(framesOfRun(motion, checked.frameSeconds())) {
+      frames_(framesOfRun(motion)) {
   if (last == Phase::kSetUp) frames_.clear();
 }
 

@@ -145,13 +145,13 @@ class LivePairs {
 
   /// Writes for each point how far it may move, in the unit of the fibers. If no point moves
   /// further than its own distance, no two segments touch afterwards that do not touch now. The
-  /// distance is half of the gap to the nearest segment that the point's segments are not to touch,
-  /// less up to a thirty-second of that, and at most half of what is left of the skin. If distances
-  /// are asked for after each update, and not very many pairs are near, at least about a quarter of
-  /// the skin is allowed by that limit. Points of a pair that touches get 0. If `skips_touching` is
-  /// true, such pairs do not count, for a program that parts them. Points of no segment get
-  /// infinity. The margin counts. Neighbours and groups that are left out of the pairs do not
-  /// count.
+  /// distance is the lesser of half the gap and half of what is left of the skin. The gap is to the
+  /// nearest segment that the point's segments are not to touch, rounded down by up to a
+  /// thirty-second. The second limit is at least about a quarter of the skin if distances are asked
+  /// for after each update, and if not very many pairs are near. Points of a pair that touches get
+  /// 0. If `skips_touching` is true, such pairs do not count, for a program that parts them. Points
+  /// of no segment get infinity. The margin counts. Neighbours and groups that are left out of the
+  /// pairs do not count.
   ///
   /// If the partner is another tree, its points may move at the same time, by up to their own
   /// distances. Only the second form writes these.

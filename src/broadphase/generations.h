@@ -64,10 +64,11 @@ class Generations {
   static std::size_t mostYoung(std::size_t size) {
     return std::min(size / 8, static_cast<std::size_t>(std::sqrt(2.0 * static_cast<double>(size))));
   }
-  /// Whether all are to be built into one index, if the young one would be searched.
-  /// @param young    ids from youngBegin() on
-  /// @param removed  those of them of which the objects have gone
-  /// @param size     of all objects
+  /// Whether all are to be built into one index before a search, because many are young. So many
+  /// ids may have come, too, that those that have gone again take more time than the others.
+  /// @param young    the number of ids from youngBegin() on
+  /// @param removed  how many of these belong to objects that have gone
+  /// @param size     the number of all objects
   static bool areTooMany(std::size_t young, std::size_t removed, std::size_t size) {
     return young - removed > mostYoung(size) || young > size / 8;
   }
@@ -102,8 +103,8 @@ class Generations {
     if (hasYoung()) young_.fitStart(source);
   }
   ///@}
-  /// Keeps where the segments were at the start, of which ids are about to change; all have to be
-  /// built next.
+  /// Keeps where the segments were at the start of the step, because their ids are about to change.
+  /// All have to be built next.
   void keepStarts() {
     main_.takeStarts(young_);
     end_ = youngBegin();
@@ -258,7 +259,7 @@ class Generations {
     return hasYoung() ? visit(young_) : tree::Visit::kContinue;
   }
 
-  static constexpr const index::SegmentSource* kKept = nullptr;  ///< of what has its segments
+  static constexpr const index::SegmentSource* kKept = nullptr;  ///< the index has its segments
   index::SegmentIndex main_, young_;
   const bool moves_, lives_;
   const live::LiveList* live_ = nullptr;  ///< null if the pairs within the main index are unknown

@@ -34,7 +34,7 @@ struct MovingRange {
 /// The first of the times that several threads find; 1 if there is none.
 class FirstTime {
  public:
-  /// @param elements  as requireFew() has it
+  /// @param elements  of the search, for an error if it computes too many pairs: see requireFew()
   explicit FirstTime(std::size_t elements) : elements_(elements) {}
 
   double get() const { return first_.load(std::memory_order_relaxed); }
@@ -42,7 +42,7 @@ class FirstTime {
   const std::atomic<float>& until() const { return until_; }
   void add(double time);
   /// Counts pairs whose approach has been computed, as it has to be of all that touch at the start.
-  /// Throws as requireFew() does.
+  /// Throws std::length_error once they are too many for the elements.
   void addComputed(std::size_t count);
 
  private:
@@ -62,7 +62,7 @@ inline const std::atomic<float>& lastTime(const Question& question) {
 template <class Range>
 struct SegmentHulls {
   Range segments;
-  /// Leads to the frame of the first ones of the pairs; null if the hulls are in it.
+  /// Maps to the frame of the first segments of the pairs; null if the hulls are in that frame.
   const geometry::FrameChange* to_first = nullptr;
   /// Bounds the error of end points, if it is larger than their coordinates imply. It is unused if
   /// the frames differ, because the change has its own bound.
@@ -88,7 +88,7 @@ template <class Range, class Hulls>
 class HullFilter final : public PairFilter {
  public:
   /// @param margin  in the frame of the segments
-  /// @param unit    see PairBlock
+  /// @param unit    what lengths there are multiplied by to be compared in float
   HullFilter(const Range& segments, const Hulls& hulls, double margin, double unit,
              const Question& question = {});
 
