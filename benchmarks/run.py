@@ -21,14 +21,16 @@ import sets
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "benchmarks"
 SET_HELP = {
-    "full": "the tables of docs/measured. It takes 6 GB of memory, and up to 20 GB if the "
-    "machine has it",
-    "trade": "docs/trade.md: what options cost and miss on fifteen scenes, and narrow phases. "
-    "It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx",
-    "paper": "the paper's Table I, figures, pictures and claims",
-    "python": "docs/python.md: a step of the Python package, beside other ways and C++",
-    "card": "FCL's managers as they are and ours on the paper's scenes, in double and in float",
-    "threads": "what 2, 4, ... and all cores of the machine gain",
+    "full": "the tables of docs/measured, in two to three hours. It takes 6 GB of memory, and up to "
+    "20 GB if the machine has it",
+    "trade": "docs/trade.md: what options cost and miss on fifteen scenes, and narrow phases, in 20 "
+    "minutes. It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx",
+    "paper": "the paper's Table I, figures, pictures and claims, in 110 minutes",
+    "python": "docs/python.md: a step of the Python package, beside other ways and C++, in 10 "
+    "minutes",
+    "card": "FCL's managers as they are and ours on the paper's scenes, in double and in float, in "
+    "50 minutes",
+    "threads": "what 2, 4, ... and all cores of the machine gain, in 3 minutes",
 }
 PACKAGES = (
     "cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev libtbb-dev "
