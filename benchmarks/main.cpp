@@ -36,8 +36,8 @@
 // are in random order.
 //
 //   Tried/...    FCL's dynamic tree and its array form, and coal's, with every tree_init_level,
-//                one frame; the fastest of each library in set-up, update, detection and a frame go
-//                on, those of the first two to that phase only
+//                the least of three runs of one frame; the fastest of each library in set-up,
+//                update, detection and a frame go on, those of the first two to that phase only
 //   Checked/...  the check: pairs, touching pairs, bytes, and the seconds of each phase, once; the
 //                label says why a contender is not timed
 //   Frames/...   set_up: construct the manager, register all objects, setup(). Of a frame, after

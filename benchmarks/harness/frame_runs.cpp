@@ -14,9 +14,11 @@ namespace {
 constexpr std::size_t kSegmentsOfRun = 300'000, kMaxFrames = 10;
 
 // Seconds that all runs of one contender are to take, but an interval needs so many runs: of five,
-// one that another program has disturbed widens it as far as itself.
+// one that another program has disturbed widens it as far as itself. Ours are so many times as
+// many, for one of them to be near each run of the others.
 constexpr double kSecondsPerContender = 10;
 constexpr double kLeastRuns = 9, kMostRuns = 25;
+constexpr double kTimesOurs = 3;
 constexpr double kLeastRunsOfLarge = 7;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
 
@@ -82,7 +84,8 @@ int BasicFrameRuns<S>::runCount() const {
   const double seconds = checked_.phaseSeconds(Phase::kSetUp) + (checked_.right() ? frames : 0);
   const double runs =
       std::clamp(kSecondsPerContender / seconds, large ? kLeastRunsOfLarge : kLeastRuns, kMostRuns);
-  return static_cast<int>(runs) / 2 * 2 + 1;  // odd, for the median to be one of them
+  const double all = contender_.ours ? kTimesOurs * runs : runs;
+  return static_cast<int>(all) / 2 * 2 + 1;  // odd, for the median to be one of them
 }
 
 template <typename S>
@@ -189,7 +192,8 @@ void BasicFrameRuns<S>::run() {
   const auto known = [&](Phase phase, auto sum) {
     return phase <= last_ ? perFrame(sum) : Preflight::kUnknown;
   };
-  const Numbers numbers = {{"boxes", boxes_seconds},
+  const Numbers numbers = {{kEnd, secondsNow()},
+                           {"boxes", boxes_seconds},
                            {"set_up", set_up},
                            {"frames", static_cast<double>(frames_.size())},
                            {"update", known(Phase::kUpdate, update_seconds)},

@@ -3,6 +3,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <utility>
@@ -60,6 +61,10 @@ void setCounters(benchmark::State& state, const Numbers& numbers) {
 
 }  // namespace
 
+double secondsNow() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 void registerRuns(const std::string& name, int runs, std::function<double(Numbers&)> run,
                   bool ours) {
   runs_registered += runs;
@@ -70,6 +75,7 @@ void registerRuns(const std::string& name, int runs, std::function<double(Number
       Numbers numbers;
       try {
         state.SetIterationTime(run(numbers));
+        numbers.emplace(kEnd, secondsNow());
       } catch (const std::exception& error) {
         ours_failed = ours_failed || ours;
         return state.SkipWithError(error.what());

@@ -27,6 +27,12 @@ double secondsOfCall(Work&& work) {
 /// What a result has besides its time, by the counter's name.
 using Numbers = std::map<std::string, double>;
 
+/// The counter that tells when a run ended, in seconds. A machine that is shared is slow for
+/// seconds at a time, so reports compare runs that ended at about the same time. A run that is told
+/// later has to set it itself, to secondsNow().
+constexpr const char* kEnd = "end";
+double secondsNow();
+
 /// Registers a benchmark with so many runs in random order. A run returns the seconds that it took
 /// and adds numbers. What it throws is an error of the benchmark.
 /// @param ours  an error of a peer is written, but fails nothing

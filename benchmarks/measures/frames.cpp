@@ -25,6 +25,9 @@ constexpr int kTryPart = 4;
 /// once: its rank is certain.
 constexpr double kFarBehind = 8;
 
+/// How often those that may be fastest are tried.
+constexpr int kTries = 3;
+
 /// Bullet is run once where a frame takes longer.
 constexpr double kLongFrame = 2;
 
@@ -42,14 +45,24 @@ struct Chosen {
 template <typename S>
 using Tried = std::vector<std::pair<BasicContender<S>, Preflight>>;
 
-/// All that may be fastest, each run once, those that ended in time.
+/// All that may be fastest, those that ended in time, with the least seconds of a few runs. In one
+/// of them the machine may be slow for the one that is fastest.
 template <typename S>
 Tried<S> tryAll(const std::vector<BasicContender<S>>& contenders, double phase_limit,
                 BasicMovingFibers<S>& fibers) {
   PreflightLimits limits;
   limits.phase_seconds = phase_limit;
   limits.check = false;
-  const std::vector<Preflight> results = preflightAll(contenders, fibers, limits);
+  std::vector<Preflight> results = preflightAll(contenders, fibers, limits);
+  for (int tries = 1; tries < kTries; ++tries) {
+    const std::vector<Preflight> more = preflightAll(contenders, fibers, limits);
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      if (!results[i].right() || !more[i].right()) continue;
+      for (std::size_t p = 0; p < kPhases; ++p) {
+        results[i].seconds[p] = std::min(results[i].seconds[p], more[i].seconds[p]);
+      }
+    }
+  }
   Tried<S> tried;
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     if (results[i].right()) tried.emplace_back(contenders[i], results[i]);

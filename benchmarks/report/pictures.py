@@ -99,7 +99,7 @@ def headline(scenes):
                 at += 1
                 runs = scene.part.runs("Frames", name, "frame")
                 middle = runs.median()
-                low, high = interval.of_ratio(runs, 1)
+                low, high = interval.of_median(runs)
                 error = [[middle - low], [high - middle]]
                 axis.barh(at, middle, 0.72, color=colour, xerr=error, ecolor=INK, capsize=2)
                 place = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 
 import interval
+import numpy as np
 from tables import digits
 
 BOXES, CAPSULES = "LayeredAABBTree/boxes", "LayeredAABBTree/capsules"
@@ -88,7 +89,8 @@ def _rows():
 ROWS = {row.title: row for row in _rows()}
 
 READ = (
-    "Ratios are of medians, with their 95 % intervals, of runs in one process. One is 'as fast' "
+    "Ratios are medians, with their 95 % intervals, of ratios of runs that ended next to each "
+    "other. One is 'as fast' "
     "where the interval lies within 0.9 to 1.1, and 'too noisy to tell' where its ends differ by a "
     "factor above 1.5. Fewer than five runs have no interval, and that of five is their range."
 )
@@ -98,7 +100,7 @@ AS_FAST, NEAR_ONE = (0.9, 1.1), (0.8, 1.25)
 
 @dataclass
 class Ratio:
-    """Of medians, with the ends of its 95 % interval."""
+    """A median, with the ends of its 95 % interval."""
 
     value: float
     low: float
@@ -124,20 +126,22 @@ class Ratio:
 
 
 def ratio_of(theirs, ours, against=""):
-    """Of two series of runs."""
-    ends = interval.of_ratio(theirs, ours)
-    return Ratio(theirs.median() / ours.median(), *ends, against, few(theirs, ours))
+    """Of two series of runs: of each of the shorter one and that of the other which ended next to
+    it. A machine that is shared is slow for seconds at a time, for both."""
+    fewer, more = sorted((theirs, ours), key=len)
+    nearest = np.abs(np.subtract.outer(fewer.index, more.index)).argmin(axis=1)
+    ratios = fewer / more.to_numpy()[nearest]
+    return median_of(ratios if fewer is theirs else 1 / ratios, against)
 
 
-def median_of(ratios):
-    """Of ratios of single runs, each of which has taken both times by turns."""
-    return Ratio(ratios.median(), *interval.of_ratio(ratios, 1), runs=few(ratios))
+def median_of(ratios, against=""):
+    """Of ratios of times that were taken next to each other."""
+    return Ratio(ratios.median(), *interval.of_median(ratios), against, few(ratios))
 
 
-def few(*series):
-    """The least number of runs, if it is too small for an interval."""
-    least = min(map(len, series))
-    return least if least < RUNS else 0
+def few(runs):
+    """Their number, if it is too small for an interval."""
+    return len(runs) if len(runs) < RUNS else 0
 
 
 def boxes_of(name):

@@ -4,6 +4,7 @@
 import json
 import re
 
+import numpy as np
 import pandas as pd
 
 SECONDS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1}
@@ -25,7 +26,7 @@ class Part:
                     self._note_error(*key, run["error_message"])
                 else:
                     rows.setdefault(key, []).append(row_of(run))
-        self._runs = {key: pd.DataFrame(found) for key, found in rows.items()}
+        self._runs = {key: by_end(pd.DataFrame(found)) for key, found in rows.items()}
         for kind in ("Checked", "Card"):
             for name in self.names(kind):
                 note = self.note(name, kind)
@@ -45,7 +46,7 @@ class Part:
         return (kind, name) in self._runs
 
     def counters(self, kind, name):
-        """Runs in rows, counters in columns."""
+        """Runs in rows by the seconds of their ends, counters in columns."""
         if not self.has(kind, name):
             raise KeyError(f"{self.file}: no {kind}/{name}")
         return self._runs[kind, name]
@@ -99,6 +100,13 @@ def row_of(run):
         key = "set_up" if "set_up" in row else "seconds"
         row[f"{key}_with_boxes"] = row[key] + row["boxes"]
     return row
+
+
+def by_end(runs):
+    """Where no run tells when it ended, all took turns."""
+    if "end" not in runs:
+        runs["end"] = (np.arange(len(runs)) + 0.5) / len(runs)
+    return runs.set_index("end")
 
 
 def load(folder, names):

@@ -88,7 +88,7 @@ def time(seconds):
 def time_and_interval(runs):
     """Median, and the ends of its 95 % interval in the same unit."""
     scale = _unit(runs.median())[1]
-    low, high = (digits(end / scale) for end in interval.of_ratio(runs, 1))
+    low, high = (digits(end / scale) for end in interval.of_median(runs))
     return f"{time(runs.median())} ({low} to {high})"
 
 

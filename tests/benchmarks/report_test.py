@@ -91,17 +91,18 @@ class ReportTest(unittest.TestCase):
         start = "Frames/Dynamic"
         return sorted({n[7:] for n in names if n.startswith(start) and f"/{boxes}" in n})
 
-    def test_ratio_is_of_medians(self):
+    def test_a_ratio_of_the_first_table_is_the_median_of_turns(self):
         """If this failed, the first table would state other ratios than were measured."""
         self.take("full", "frames_helix")
         for name in [n for n in self.fcl("tight") if "_and_" not in n]:
             self.set_times(name, detection=9)
         best = [n for n in self.fcl("tight") if "_and_" not in n][0]
-        # Of five runs an interval of 95 % has no less than all: 4.2 / 1.6 and 4.6 / 1.4.
-        self.set_times("LayeredAABBTree/boxes", detection=[1.4, 1.5, 1.5, 1.5, 1.6])
-        self.set_times(best, detection=[4.2, 4.5, 4.5, 4.6, 4.5])
+        end = [1, 2, 3, 4, 5]
+        # The medians alone are as 4.5 to 1.5.
+        self.set_times("LayeredAABBTree/boxes", detection=[1.5, 1.5, 1.5, 0.9, 1.4], end=end)
+        self.set_times(best, detection=[6, 6, 4.5, 3.6, 4.2], end=end)
         found = self.row(self.made("headline"), "Detection: FCL, tight boxes")
-        self.assertRegex(found[0], r"^3\.0x \(2\.[6-8] to 3\.[1-3]\)$")
+        self.assertRegex(found[0], r"^4\.0x \(3\.0 to 4\.0\)$")
 
     def test_an_interval_holds_the_true_ratio_as_often_as_it_promises(self):
         """If this failed, noise would be sold as an advantage."""
@@ -114,6 +115,25 @@ class ReportTest(unittest.TestCase):
         # The bootstrap of a median of 15 holds it in some 93 % instead of 95 %; 3 sigma are 4 %.
         self.assertGreater(held, 0.89 * tries)
         self.assertLess(held, tries)
+
+    def test_a_ratio_is_of_runs_that_ended_next_to_each_other(self):
+        """If this failed, a machine that is slow for minutes would make every ratio uncertain, or
+        one that was slow during the runs of one of two would make the other faster."""
+        random = np.random.default_rng(6)
+
+        def runs(count, median):
+            ends = np.sort(random.uniform(0, 200, count))
+            slow = 1 + 0.5 * (ends // 40 % 2)  # for 40 seconds, then fast again
+            return pd.Series(median * slow * random.lognormal(0, 0.01, count), ends)
+
+        for theirs, ours in ((runs(9, 3.0), runs(75, 1.5)), (runs(75, 3.0), runs(9, 1.5))):
+            ratio = ratio_of(theirs, ours)
+            # A single ratio is off by 1.4 %, a median of nine by 0.6 %; 3 sigma are 2 %.
+            self.assertLess(abs(ratio.value - 2), 0.04)
+            self.assertLess(ratio.high, 1.05 * ratio.low)
+            self.assertLessEqual(ratio.low, ratio.value)
+        theirs, ours = pd.Series([6.0, 4.0], [9, 1]), pd.Series([2.0, 1.0, 3.0], [0, 10, 5])
+        self.assertEqual(ratio_of(theirs, ours).value, (6 / 1 + 4 / 2) / 2)
 
     def test_a_ratio_says_no_more_than_its_interval(self):
         """If this failed, noise would be sold as an advantage, or an advantage as noise."""
@@ -371,7 +391,7 @@ class ReportTest(unittest.TestCase):
             self.edit(name, lambda run: True, machine="Zuse Z3, 2 cores", commit="1234567")
         text, _ = self.documented("headline", readme=readme)
         head = [line for line in text["readme"].splitlines() if line.startswith("|  ")][0]
-        self.assertRegex(head, r"^\| +\| +AMD EPYC, \w+ \| +Zuse Z3, \w+ \|$")
+        self.assertRegex(head, r"^\| +\| +[^|]+, \w+ \| +Zuse Z3, \w+ \|$")
         self.assertRegex(text["readme"], r"commit abcdef0, .*\nZuse Z3, 2 cores; commit 1234567, ")
         cells = self.row(text["readme"], "FCL's fastest tree, closed-form test")
         self.assertEqual(cells[0], cells[1])
@@ -918,7 +938,7 @@ class ReportTest(unittest.TestCase):
         table = self.made("threads")
         found = self.row(table, "build")
         self.assertEqual(
-            found, ["400 ms", "200 ms", "500 ms", "2.0x (1.9 to 2.1)", "0.80x (0.76 to 0.84)"]
+            found, ["400 ms", "200 ms", "500 ms", "2.0x (1.8 to 2.2)", "0.80x (0.76 to 0.84)"]
         )
         self.assertEqual(self.row(table, "helix, 200 segments")[0], "1 thread")
         self.assertEqual(len(self.row(table, "plain loop over the points")), 5)
