@@ -27,7 +27,7 @@ constexpr std::size_t kLargeFromSegments = 1'000'000;
 constexpr std::size_t kNarrowPairs = 50'000, kNarrowPairsOfRun = 200'000, kSamples = 4;
 
 template <typename S>
-std::vector<int> framesOfRun(const BasicMotion<S>& motion) {
+std::vector<int> framesOfRun(const BasicMotion<S>& motion, bool is_renewed) {
   std::vector<int> frames;
   if (motion.summed) {
     for (int frame = 1; frame < motion.fibers.frameCount(); ++frame) frames.push_back(frame);
@@ -35,7 +35,8 @@ std::vector<int> framesOfRun(const BasicMotion<S>& motion) {
   }
   const std::size_t count = std::min(kSegmentsOfRun / motion.fibers.segmentCount(), kMaxFrames);
   if (count < 2) return {1};
-  for (std::size_t i = 0; i < count / 2 * 2; ++i) frames.push_back(i % 2 == 0 ? 1 : 0);
+  for (std::size_t i = 0; i < count / 2 * 2; ++i)
+    frames.push_back(is_renewed || i % 2 == 0 ? 1 : 0);
   return frames;
 }
 
@@ -72,7 +73,7 @@ BasicFrameRuns<S>::BasicFrameRuns(const BasicContender<S>& contender, const Pref
       checked_(checked),
       motion_(motion),
       last_(last),
-      frames_(framesOfRun(motion)) {
+      frames_(framesOfRun(motion, contender.is_renewed)) {
   if (last == Phase::kSetUp) frames_.clear();
 }
 
@@ -152,9 +153,11 @@ void BasicFrameRuns<S>::run() {
   for (const int frame : frames_) {
     // FCL's trees become slower with every update: after the second on the cap, the array form's
     // detection (level 1) took more than four minutes instead of half a second. So FCL's managers
-    // are set up anew before each update, at no cost to them. All others live through all frames.
+    // are set up anew before each update, at no cost to them, and go the way in which they were
+    // tried. All others live through all frames.
     if (contender_.is_renewed && !is_new) {
       manager = nullptr;  // before the next one takes memory
+      if (!motion_.summed) contender_.bringTo(fibers, 0);
       manager = contender_.setUp(fibers);
     }
     is_new = false;
