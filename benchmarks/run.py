@@ -50,7 +50,7 @@ def parse(arguments):
         prog="benchmarks/run.sh",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Without the name of a set it measures the README's table, in 8 minutes.",
+        epilog="Without the name of a set it measures the README's table, in 15 minutes.",
         allow_abbrev=False,
     )
     group = parser.add_mutually_exclusive_group()
