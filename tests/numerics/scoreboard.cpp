@@ -315,9 +315,8 @@ void printPage(const std::string& folder, const std::vector<std::string>& wanted
   }
   std::cout
       << "\n`fcl_fibers_scoreboard docs/measured > docs/scoreboard.md`, " << source()
-      << "\n\n* **FiberTree** and **our manager** report what touches. In SubnormalFlushedToZero "
-         "they "
-         "report pairs that do not\n  touch, and miss none.\n"
+      << "\n\n* **FiberTree** and **our manager** report what touches. In "
+         "SubnormalFlushedToZero they report pairs that do not\n  touch, and miss none.\n"
          "* **FCL** " FCL_VERSION
          ": `DynamicAABBTreeCollisionManager` on the boxes of its objects. In the callback is the "
          "closed form of\n  two capsules as textbooks have it, or `fcl::distance`, or "
