@@ -21,14 +21,14 @@
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=WHOM      the paper's
 //   fcl_fibers_bench --measure=replay --scene=SCENE --against=WHOM      the paper's
 //
-// WHOM is headline, full, fcl, paper, paper_all, or names of contenders, NAME,... Of these,
+// WHOM is headline, full, fcl, embree, paper, paper_all, or names of contenders, NAME,... Of these,
 // fcl is short: ours, FCL's fastest trees and the grid, with the closed form of two capsules. In
 // float, only FCL's managers and ours are measured. Add --benchmark_out=FILE.json and any other
 // flag of Google Benchmark. SCENE is --scene=NAME:key=value,... as `fcl_fibers --help` lists them,
-// or --hair=FILE
-// [--radius=R]. The context of results names the versions of "libraries", those "left_out", the
-// compiler's "flags", and the target of our SIMD in use, "simd": FCL_FIBERS_SIMD=sse4 or avx2
-// restricts it. benchmarks/fcl_native.sh builds all of it, FCL too, for the machine's processor.
+// or --hair=FILE [--radius=R]. The context of results names the versions of "libraries", those
+// "left_out", the compiler's "flags", and the target of our SIMD in use, "simd":
+// FCL_FIBERS_SIMD=sse4 or avx2 restricts it. benchmarks/fcl_native.sh builds all of it, FCL too,
+// for the machine's processor.
 //
 // The results of frames. Every contender first has to show, in a process of its own, that it
 // reports every touching pair, once, before a motion and after it. What is wrong, crashes or

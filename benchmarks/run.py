@@ -41,7 +41,7 @@ PACKAGES = (
 TOOLS = "libfmt-dev nlohmann-json3-dev libjs-three"
 OF_PYTHON = f"python3-dev pybind11-dev python3-numpy {TOOLS}"
 OPTIONAL = "libembree-dev libbullet-dev"
-COAL = "coal==3.0.3"  # of PyPI
+COAL, EMBREE_4 = "coal==3.0.3", "embreex==4.4.0.post1"  # of PyPI
 PONYTAIL = "tressfx31_ponytail_tail.tfx"
 
 
@@ -110,20 +110,35 @@ def install(words):
     run(ROOT / ".ci" / "apt_install.sh", *words.split())
 
 
-def coal():
-    """Where CMake finds coal; nothing if pip does not reach PyPI."""
-    prefix = BUILD / "coal"
+def of_pypi(package, path):
+    """The path in a package of PyPI, which is installed; nothing if pip does not reach it."""
+    name = package.split("=")[0]
+    prefix = BUILD / name
     if not (prefix / "bin" / "pip").exists():
         run("/usr/bin/python3", "-m", "venv", prefix)
-    done = subprocess.run([prefix / "bin" / "pip", "install", "-q", COAL], check=False)
-    found = list(prefix.glob("lib/python3*/site-packages/cmeel.prefix"))
+    done = subprocess.run([prefix / "bin" / "pip", "install", "-q", package], check=False)
+    found = list(prefix.glob(f"lib/python3*/site-packages/{path}"))
     if done.returncode != 0 or not found:
-        print("coal cannot be installed; it is left out", file=sys.stderr)
+        print(f"{name} cannot be installed; it is left out", file=sys.stderr)
+        return None
+    return found[0]
+
+
+def coal():
+    """Where CMake finds coal."""
+    prefix = of_pypi(COAL, "cmeel.prefix")
+    if not prefix:
         return []
     return [
-        f"-DFCL_FIBERS_COAL_INCLUDE={found[0]}/include",
-        f"-DFCL_FIBERS_COAL={found[0]}/lib/libcoal.so",
+        f"-DFCL_FIBERS_COAL_INCLUDE={prefix}/include",
+        f"-DFCL_FIBERS_COAL={prefix}/lib/libcoal.so",
     ]
+
+
+def embree_4():
+    """Embree 4, or nothing. It is loaded in place of the Embree that a program is linked with: the
+    functions that the benchmark calls are the same in Embree 3 and 4."""
+    return of_pypi(EMBREE_4, "embreex.libs/libembree4*.so.4")
 
 
 def build(programs):
@@ -145,7 +160,7 @@ def build(programs):
     if with_tools:
         install(TOOLS)
         goals += ["fcl_fibers_program"] + ["fcl_fibers_topologies"] * ("paper" in programs)
-    if programs & {"bench", "trade"}:
+    if programs & {"bench", "embree_4", "trade"}:
         goals.append("fcl_fibers_bench")
     if "headline" in programs:
         goals.append("fcl_fibers_headline")
@@ -170,6 +185,7 @@ def command_of(measure, data):
     programs = {
         "bench": [BUILD / "benchmarks" / "fcl_fibers_bench"],
         "headline": [BUILD / "benchmarks" / "fcl_fibers_headline"],
+        "embree_4": [BUILD / "benchmarks" / "fcl_fibers_bench"],
         "native": [BUILD / "native" / "build" / "benchmarks" / "fcl_fibers_bench"],
         "steps": [
             *(BUILD / "peers" / "bin" / "python", "-B", ROOT / "benchmarks/python/steps.py"),
@@ -200,7 +216,10 @@ def measure_all(due, data):
         path, part = data / f"{one.name}.json", data / f"{one.name}.part"
         path.unlink(missing_ok=True)
         command = [*command_of(one, data), f"--benchmark_out={part}"]
-        done = subprocess.run(command, cwd=ROOT, env={**os.environ, **one.env}, check=False)
+        env = {**os.environ, **one.env}
+        if one.program == "embree_4":
+            env["LD_PRELOAD"] = str(embree_4())
+        done = subprocess.run(command, cwd=ROOT, env=env, check=False)
         if done.returncode == 0:
             part.rename(path)
             continue
@@ -251,8 +270,9 @@ def main(arguments):
         if options.set == "paper" and not options.hair:
             programs.add("paper")
         build(programs)
-        if "native" in programs and not build_native():
-            due = [one for one in due if one.program != "native"]
+        for program, make in (("native", build_native), ("embree_4", embree_4)):
+            if program in programs and not make():
+                due = [one for one in due if one.program != program]
         if any("{data}/scenes" in " ".join(one.words) for one in due):
             (data / "scenes").mkdir(exist_ok=True)
             run("/usr/bin/python3", "-B", ROOT / "docs" / "pictures" / "scenes.py", data / "scenes")

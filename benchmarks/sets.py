@@ -49,13 +49,13 @@ def live():
         )
 
     helix = "helix:fibers=1000,segments"
-    yield of("helix", f"{helix}=100", "slow,fast,weather", 500, 3)
+    yield of("helix", f"{helix}=100", "slow,fast,weather", 300, 5)
     yield of("helix-objects", f"{helix}=100", "fast", 500, 1, "live-objects", "FCL's objects, {}")
     yield of("helix-thick", f"{helix}=100,radius=0.016", "slow,fast", 300, 1, title="{}, thick")
     yield of("helix-2000", f"{helix}=2000", "slow,fast", 100, 1)
     yield of("cap", "cap:fibers=10000", "creeping", 150, 1)
     yield of("cap-frames", "cap:fibers=10000", "frames", 25, 1)
-    yield of("paper-dynamic", "paper-dynamic", "frames", 200, 3)
+    yield of("paper-dynamic", "paper-dynamic", "frames", 200, 5)
     for fibers, segments in ((3, 3), (10, 5), (10, 20), (10, 100)):
         scene = f"helix:fibers={fibers},segments={segments}"
         yield of(f"helix-{fibers * segments}", scene, "fast", 500, 9)
@@ -70,13 +70,18 @@ def full():
         ("paper-dynamic", dynamic),
     )
     yield from frames("full", scenes)
-    for name, scene in (scenes[0], ("cap", "--scene=cap:fibers=10000"), scenes[3]):
+    small = (scenes[0], ("cap", "--scene=cap:fibers=10000"), scenes[3])
+    for name, scene in small:
         words = f"frames --against=fcl {scene}"
         yield measure(f"best_{name}_debian", words)
         yield measure(f"best_{name}_native", words, "native")
         yield measure(f"best_{name}_float", f"{words} --scalar=float")
         for simd in ("avx2", "sse4"):
             yield measure(f"best_{name}_{simd}", words, FCL_FIBERS_SIMD=simd)
+    for name, scene in small:
+        words = f"frames --against=embree {scene}"
+        yield measure(f"embree_{name}_installed", words)
+        yield measure(f"embree_{name}_4", words, "embree_4")
     for name in ("queries", "clients", "shapes", "arms"):
         yield measure(name, name)
     for name, scene in scenes[:3]:

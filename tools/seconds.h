@@ -5,12 +5,17 @@
 
 namespace fcl_fibers::tools {
 
+/// Seconds of a clock that all processes of a machine share and that never goes back.
+inline double secondsNow() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 /// Wall-clock seconds that `work()` takes.
 template <typename Work>
 double seconds(Work&& work) {
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = secondsNow();
   work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return secondsNow() - begin;
 }
 
 }  // namespace fcl_fibers::tools

@@ -30,7 +30,8 @@ BasicAgainst<S> named(const std::string& list, const Contenders<S>& pool) {
   }
   if (names.empty()) return against;
   throw std::invalid_argument("--against=" + list + ": there is no '" + *names.begin() +
-                              "'; there are headline, full, fcl, paper, paper_all, and" + all);
+                              "'; there are headline, full, fcl, embree, paper, paper_all, and" +
+                              all);
 }
 
 }  // namespace
@@ -67,6 +68,16 @@ BasicAgainst<S> readAgainst(const std::string& text) {
     if (text == "fcl") return against;
     against.pair_work.push_back(PairWork::kCollide);
     add(against.tried, allOf<S>({Group::kForeignTuned}));
+  } else if (text == "embree") {
+    against.tried.clear();
+    against.quick = true;
+    against.pair_work = {PairWork::kTest};
+    for (const BasicContender<S>& contender : allOf<S>({Group::kOurs, Group::kForeign})) {
+      const std::string name = contender.name();
+      const bool is_ours = name == "LayeredAABBTree/boxes" || name == "LayeredAABBTree/capsules";
+      const bool is_embree = contender.manager == "Embree" && name.find("threads") == name.npos;
+      if (is_ours || is_embree) against.contenders.push_back(contender);
+    }
   } else if (text == "paper" || text == "paper_all") {
     against.contenders = paperTrees<S>();
     if (text == "paper_all") {

@@ -264,7 +264,19 @@ std::vector<Contender> embreeTrees() {
   return trees;
 }
 
-const AddLibrary kEmbree("Embree", RTC_VERSION_STRING, embreeTrees());
+/// Of the library that is loaded, which may be newer than the headers.
+std::string loadedVersion() {
+  const Device device = newDevice(1);
+  std::string text;
+  for (const RTCDeviceProperty part :
+       {RTC_DEVICE_PROPERTY_VERSION_MAJOR, RTC_DEVICE_PROPERTY_VERSION_MINOR,
+        RTC_DEVICE_PROPERTY_VERSION_PATCH}) {
+    text += (text.empty() ? "" : ".") + std::to_string(rtcGetDeviceProperty(device.get(), part));
+  }
+  return text;
+}
+
+const AddLibrary kEmbree("Embree", loadedVersion(), embreeTrees());
 
 }  // namespace
 

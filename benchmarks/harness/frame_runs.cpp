@@ -14,11 +14,9 @@ namespace {
 constexpr std::size_t kSegmentsOfRun = 300'000, kMaxFrames = 10;
 
 // Seconds that all runs of one contender are to take, but an interval needs so many runs: of five,
-// one that another program has disturbed widens it as far as itself. Ours are so many times as
-// many, for one of them to be near each run of the others.
+// one that another program has disturbed widens it as far as itself.
 constexpr double kSecondsPerContender = 10;
 constexpr double kLeastRuns = 9, kMostRuns = 25;
-constexpr double kTimesOurs = 3;
 constexpr double kLeastRunsOfLarge = 7;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
 
@@ -35,8 +33,9 @@ std::vector<int> framesOfRun(const BasicMotion<S>& motion, bool is_renewed) {
   }
   const std::size_t count = std::min(kSegmentsOfRun / motion.fibers.segmentCount(), kMaxFrames);
   if (count < 2) return {1};
-  for (std::size_t i = 0; i < count / 2 * 2; ++i)
+  for (std::size_t i = 0; i < count / 2 * 2; ++i) {
     frames.push_back(is_renewed || i % 2 == 0 ? 1 : 0);
+  }
   return frames;
 }
 
@@ -85,8 +84,7 @@ int BasicFrameRuns<S>::runCount() const {
   const double seconds = checked_.phaseSeconds(Phase::kSetUp) + (checked_.right() ? frames : 0);
   const double runs =
       std::clamp(kSecondsPerContender / seconds, large ? kLeastRunsOfLarge : kLeastRuns, kMostRuns);
-  const double all = contender_.ours ? kTimesOurs * runs : runs;
-  return static_cast<int>(all) / 2 * 2 + 1;  // odd, for the median to be one of them
+  return runsOf(contender_.ours, static_cast<int>(runs) / 2 * 2 + 1);  // odd: one is the median
 }
 
 template <typename S>
@@ -195,7 +193,7 @@ void BasicFrameRuns<S>::run() {
   const auto known = [&](Phase phase, auto sum) {
     return phase <= last_ ? perFrame(sum) : Preflight::kUnknown;
   };
-  const Numbers numbers = {{kEnd, secondsNow()},
+  const Numbers numbers = {{kEnd, tools::secondsNow()},
                            {"boxes", boxes_seconds},
                            {"set_up", set_up},
                            {"frames", static_cast<double>(frames_.size())},

@@ -3,7 +3,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <utility>
@@ -61,10 +60,6 @@ void setCounters(benchmark::State& state, const Numbers& numbers) {
 
 }  // namespace
 
-double secondsNow() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 void registerRuns(const std::string& name, int runs, std::function<double(Numbers&)> run,
                   bool ours) {
   runs_registered += runs;
@@ -75,7 +70,7 @@ void registerRuns(const std::string& name, int runs, std::function<double(Number
       Numbers numbers;
       try {
         state.SetIterationTime(run(numbers));
-        numbers.emplace(kEnd, secondsNow());
+        numbers.emplace(kEnd, tools::secondsNow());
       } catch (const std::exception& error) {
         ours_failed = ours_failed || ours;
         return state.SkipWithError(error.what());

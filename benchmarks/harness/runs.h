@@ -29,9 +29,12 @@ using Numbers = std::map<std::string, double>;
 
 /// The counter that tells when a run ended, in seconds. A machine that is shared is slow for
 /// seconds at a time, so reports compare runs that ended at about the same time. A run that is told
-/// later has to set it itself, to secondsNow().
+/// later has to set it itself, to tools::secondsNow().
 constexpr const char* kEnd = "end";
-double secondsNow();
+
+/// How many runs a contender has where a peer has so many. Ours has more, for one of them to be
+/// near each run of a peer.
+constexpr int runsOf(bool ours, int runs) { return ours ? 3 * runs : runs; }
 
 /// Registers a benchmark with so many runs in random order. A run returns the seconds that it took
 /// and adds numbers. What it throws is an error of the benchmark.

@@ -12,7 +12,6 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -51,11 +50,6 @@ inline std::size_t adjacentCount(const NextInFiber& next, const std::vector<Caps
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// Seconds of a clock that all processes share.
-inline double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 /// Written by the child, read by the parent once the child has ended.
 struct Trace : Measured {
   bool finished = false;
@@ -65,10 +59,10 @@ struct Trace : Measured {
   /// Work that the deadline does not count.
   template <typename Work>
   void pauseDeadline(Work&& work) {
-    const double left = deadline - now();
+    const double left = deadline - tools::secondsNow();
     deadline = kNever;
     work();
-    deadline = now() + left;
+    deadline = tools::secondsNow() + left;
   }
 };
 
@@ -220,7 +214,7 @@ struct Run {
   template <typename Work>
   void time(Phase phase, Work&& work) {
     trace.phase = phase;
-    trace.deadline = now() + limits.phase_seconds;
+    trace.deadline = tools::secondsNow() + limits.phase_seconds;
     trace.seconds[static_cast<std::size_t>(phase)] = seconds(work);
     trace.deadline = kNever;
   }
@@ -299,7 +293,7 @@ class Child {
   /// Whether it has ended. Ends it if it is too late, whatever it does with signals.
   bool hasEnded() {
     if (ended_) return true;
-    if (now() > trace_->deadline) {
+    if (tools::secondsNow() > trace_->deadline) {
       kill(pid_, SIGKILL);
       is_too_slow_ = true;
     }

@@ -32,7 +32,7 @@ namespace {
 using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
 using Poses = std::vector<fcl::Transform3d>;
 
-constexpr int kRuns = 9;
+constexpr int kRuns = 25;
 constexpr std::size_t kPoses = 1000, kLinks = 7, kCable = 300;
 constexpr int kHullTriangles = 400, kMeshTriangles = 1344;  // 202 and 650 points
 
@@ -226,7 +226,8 @@ double median(std::vector<double> values) {
 void registerCell(const std::shared_ptr<Cell>& cell, const std::vector<Contender>& contenders) {
   const auto expected = std::make_shared<std::vector<bool>>();
   for (const Contender& contender : contenders) {
-    registerRuns("Arms/" + cell->name + "/" + contender.name(), kRuns, [=](Numbers& numbers) {
+    const std::string name = "Arms/" + cell->name + "/" + contender.name();
+    registerRuns(name, runsOf(contender.ours, kRuns), [=](Numbers& numbers) {
       Program program(*cell, contender);
       std::array<std::vector<double>, 2> times;  // without a hit, and with one
       std::vector<double> updates;

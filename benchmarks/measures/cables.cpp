@@ -175,8 +175,8 @@ Checked check(Scene& scene, const std::string& name, const Run& run, double trut
 }
 
 void registerChecked(const Checked& checked, bool ours) {
-  registerRuns("Distance/" + checked.name, checked.seconds > kSlow ? kSlowRuns : kRuns, checked.run,
-               ours);
+  const int runs = runsOf(ours, checked.seconds > kSlow ? kSlowRuns : kRuns);
+  registerRuns("Distance/" + checked.name, runs, checked.run, ours);
 }
 
 bool measureCables(const Request& request) {

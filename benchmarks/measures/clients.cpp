@@ -23,7 +23,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 9;
+constexpr int kRuns = 25;
 constexpr std::size_t kLinksOfRod = 100;
 constexpr double kLinkPerRadius = 10, kThinLinkPerRadius = 1e8;  // thin rods do not touch
 
@@ -160,7 +160,8 @@ void registerCall(const std::string& what, Call call, Rods& rods,
       expectSame(numbers["answer"], expected);
       return taken;
     };
-    registerRuns("Clients/" + what + "/" + contender.name(), kRuns, run, contender.ours);
+    registerRuns("Clients/" + what + "/" + contender.name(), runsOf(contender.ours, kRuns), run,
+                 contender.ours);
   }
 }
 

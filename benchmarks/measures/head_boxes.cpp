@@ -67,7 +67,7 @@ class OurBoxes {
 
 void registerCount(const std::string& name, const std::function<std::size_t()>& count, bool ours) {
   registerRuns(
-      "Boxes/" + name, HeadScene::kRuns,
+      "Boxes/" + name, runsOf(ours, HeadScene::kRuns),
       [count](Numbers& numbers) {
         std::size_t pairs = 0;
         const double taken = seconds([&] { pairs = count(); });

@@ -155,7 +155,7 @@ bool registerJudged(const Request& request) {
 void registerOurs(const std::shared_ptr<const scenes::Step>& step, int threads) {
   const auto still = treeAt(*step, threads), moving = treeAt(*step, threads);
   const std::string name = threads == 1 ? "ours" : "ours_" + std::to_string(threads) + "_threads";
-  registerRuns("Motion/" + name, kRuns, [=](Numbers& numbers) {
+  registerRuns("Motion/" + name, runsOf(true, kSlowRuns), [=](Numbers& numbers) {
     // All come from the other end of the step.
     still->update(fiberArrays(step->end));
     moving->update(fiberArrays(step->end), fiberArrays(step->start));

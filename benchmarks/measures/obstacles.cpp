@@ -218,8 +218,8 @@ bool registerTouching(const HeadScene& scene, const std::string& set,
       if (again.size() != count) throw std::runtime_error("finds other segments than at first");
       return run_taken;
     };
-    registerRuns("Touching/" + set + "/" + finder.name, taken > kSlow ? kSlowRuns : kRuns, run,
-                 finder.ours);
+    const int runs = runsOf(finder.ours, taken > kSlow ? kSlowRuns : kRuns);
+    registerRuns("Touching/" + set + "/" + finder.name, runs, run, finder.ours);
   }
   checked["touching"] = static_cast<double>(truth.size());
   checked["segments"] = static_cast<double>(scene.hair.segmentCount());

@@ -21,7 +21,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 9;
+constexpr int kRuns = 15;
 constexpr std::size_t kProbes = 100;
 constexpr int kFrames = 4;
 
@@ -150,7 +150,8 @@ double writeBoxes(const Contender& contender, const std::vector<Object*>& probes
 }
 
 void registerQuery(const Query& query, const Contender& contender) {
-  registerRuns("Query/" + query.name + "/" + contender.name(), kRuns, [&](Numbers& numbers) {
+  const std::string name = "Query/" + query.name + "/" + contender.name();
+  registerRuns(name, runsOf(contender.ours, kRuns), [&](Numbers& numbers) {
     // The boxes of a queried object are what FCL reads, as the managers' are.
     query.first.bringTo(0, contender.boxes);
     query.second.bringTo(0, contender.boxes);
@@ -171,7 +172,7 @@ void registerQuery(const Query& query, const Contender& contender) {
 
 void registerObjects(LooseObjects& loose, const Contender& contender) {
   const std::string name = "Objects/" + loose.name + "/" + contender.name();
-  registerRuns(name, kRuns, [&](Numbers& numbers) {
+  registerRuns(name, runsOf(contender.ours, kRuns), [&](Numbers& numbers) {
     loose.setPoses(0);
     numbers["boxes"] = seconds([&] { loose.computeBoxes(contender); });
     std::unique_ptr<Manager> manager;

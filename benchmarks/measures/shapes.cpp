@@ -269,7 +269,7 @@ void registerChanges(const std::string& what, const std::shared_ptr<LooseObjects
         allOf({Group::kFclTrees}, Boxes::kStock).front()}) {
     const std::string name = "OneByOne/" + std::to_string(loose->objects.size()) + " " +
                              loose->name + ", " + what + "/" + contender.name();
-    registerRuns(name, kRuns, [=](Numbers& numbers) {
+    registerRuns(name, runsOf(contender.ours, kRuns), [=](Numbers& numbers) {
       loose->setPoses(0);
       loose->computeBoxes(contender);
       const double taken = change(contender, *loose, numbers["answer"]);

@@ -5,7 +5,7 @@ import math
 
 import ratios
 from machines import MainTable
-from ratios import BOXES, ON_2_THREADS, Scene, ratio_of
+from ratios import BOXES, CAPSULES, ON_2_THREADS, Scene, ratio_of
 from tables import Rows, Table, chosen, count, digits, time, time_and_interval, title
 
 SPEED_UP = "Speed-up over"
@@ -145,6 +145,23 @@ def at_their_best(parts):
             rows.append([f"{next(iter(scenes.values())).title()}: {row}", *cells])
     header = [SPEED_UP, *VARIANTS.values()]
     return Table("best-builds", "FCL at its best", header, rows, ratios.READ)
+
+
+def embrees(parts):
+    """Versions of Embree: a row for each scene, version and way to follow a motion."""
+    rows = []
+    for name, part in chosen(parts, "embree").items():
+        scene = Scene(name.rsplit("_", 1)[0], part)
+        names = [name for name in scene.contenders if name.startswith("Embree")]
+        for name in sorted(names, key=order_of):
+            library = next(v for v in part.context["libraries"].split(", ") if "Embree" in v)
+            what = title(name.removesuffix(ratios.TEST)).replace("Embree", library, 1)
+            tested = name.endswith(ratios.TEST)
+            runs = [scene.runs(tree, "frame") for tree in (name, CAPSULES if tested else BOXES)]
+            row = [f"{scene.title()}: {what}", "touching" if tested else "of boxes"]
+            rows.append([*row, *(time(one.median()) for one in runs), ratio_of(*runs).text()])
+    header = ["update + detection, 1 thread", "pairs", "Embree", "ours", "times as fast"]
+    return Table("embree", "Versions of Embree", header, rows, ratios.READ)
 
 
 def best(scenes):

@@ -145,6 +145,7 @@ def full(folder):
     report.draw("frames_.*", "", "Time of a frame", BARS, pictures.headline, scenes)
     add_frames(report, scenes)
     add("best_.*", frames.at_their_best, parts)
+    add("embree_.*", frames.embrees, parts)
     add("queries", elsewhere.elsewhere, parts.get("queries"))
     add("clients", elsewhere.clients, parts.get("clients"))
     add("clients", elsewhere.changes, parts.get("clients"))

@@ -26,6 +26,7 @@ RECORDED = {
     "full/frames_helix": ["frames", "--against=full", HELIX],
     "full/best_helix_debian": ["frames", "--against=fcl", HELIX],
     "full/best_helix_float": ["frames", "--against=fcl", "--scalar=float", HELIX],
+    "full/embree_helix_installed": ["frames", "--against=embree", HELIX],
     "full/queries": ["queries", "--benchmark_filter=collide, one|/spheres/"],
     "full/clients": ["clients", "--benchmark_filter=/9 capsules, self|/2 of 100"],
     "full/shapes": [

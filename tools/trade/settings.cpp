@@ -24,10 +24,6 @@ namespace {
 
 using Volumes = FiberTreeOptions::Volumes;
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 /// @param c  a Contact or a MeshContact
 template <class AnyContact>
 Touch touchOf(const SegmentPair& pair, const AnyContact& c, double time = 1) {
@@ -663,13 +659,14 @@ class Dials {
 
 }  // namespace
 
-void Deadline::start() { end_ = now() + seconds_; }
+void Deadline::start() { end_ = secondsNow() + seconds_; }
 
-void Deadline::pause() { seconds_ = end_ - now(); }
+void Deadline::pause() { seconds_ = end_ - secondsNow(); }
 
 bool Deadline::isOver(std::size_t found, std::size_t seen) {
   constexpr std::size_t kBetweenLooks = 1024;
-  was_over_ = was_over_ || found >= kPairLimit || (seen % kBetweenLooks == 0 && now() > end_);
+  was_over_ =
+      was_over_ || found >= kPairLimit || (seen % kBetweenLooks == 0 && secondsNow() > end_);
   return was_over_;
 }
 
