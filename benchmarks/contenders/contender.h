@@ -119,7 +119,7 @@ struct BasicAgainst {
 };
 using Against = BasicAgainst<double>;
 
-/// Reads `--against`: headline, full, fcl, paper, paper_all, or names of contenders,
+/// Reads `--against`: headline, full, fcl, embree, paper, paper_all, or names of contenders,
 /// `NAME,NAME`, or `paper:NAME,NAME`, where names of ours are those of paperTrees(). Throws
 /// std::invalid_argument where there is no such contender.
 template <typename S = double>

@@ -20,8 +20,9 @@ constexpr double kLeastRuns = 9, kMostRuns = 25;
 constexpr double kLeastRunsOfLarge = 7;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
 
-/// Pairs that fcl::collide is called on in a frame, and at most in a run. So many runs have others,
-/// for the spread of runs to contain that of samples.
+/// fcl::collide is called on kNarrowPairs pairs of a frame, and on kNarrowPairsOfRun of a run at
+/// most. kSamples runs in a row take different pairs, for the spread of runs to contain the spread
+/// of samples.
 constexpr std::size_t kNarrowPairs = 50'000, kNarrowPairsOfRun = 200'000, kSamples = 4;
 
 template <typename S>
@@ -150,9 +151,9 @@ void BasicFrameRuns<S>::run() {
   bool is_new = true;
   for (const int frame : frames_) {
     // FCL's trees become slower with every update: after the second on the cap, the array form's
-    // detection (level 1) took more than four minutes instead of half a second. So FCL's managers
-    // are set up anew before each update, at no cost to them, and go the way in which they were
-    // tried. All others live through all frames.
+    // detection (level 1) took more than four minutes instead of half a second. So the managers of
+    // FCL and coal are set up anew before each update, at no cost to them, and go the way in which
+    // they were tried. All others live through all frames.
     if (contender_.is_renewed && !is_new) {
       manager = nullptr;  // before the next one takes memory
       if (!motion_.summed) contender_.bringTo(fibers, 0);

@@ -22,8 +22,8 @@ template <typename S>
 void registerChecked(const BasicContender<S>& contender, const Preflight& checked,
                      const BasicMovingFibers<S>& fibers, const std::string& name = "");
 
-/// One contender, whose runs are set-up and then frame by frame motion, update and detection. FCL's
-/// are set up anew before each update.
+/// One contender, whose runs are set-up and then frame by frame motion, update and detection. Those
+/// of FCL and coal are set up anew before each update.
 template <typename S>
 class BasicFrameRuns {
  public:

@@ -70,9 +70,9 @@ enum class Topology {
 
 /// What makes two segments a pair that a query reports: their volumes overlap, or they touch.
 enum class Report {
-  /// Their volumes overlap: tight boxes around the shapes, or spheres around the segments. FCL's
-  /// broad phase reports the same pairs if it is given tight boxes. Some of these pairs do not
-  /// touch.
+  /// Their volumes overlap: tight boxes around the shapes, or spheres around the segments. On tight
+  /// boxes FCL's broad phase reports the same pairs as the box tree, except for a few more of ours,
+  /// because bounds are rounded outward. Some of these pairs do not touch.
   kVolumes,
   /// They touch: the axes of two capsules are no further apart than the sum of their radii and the
   /// margin. A sphere is a capsule of length zero. A capsule and a mesh of triangles touch if one
@@ -87,7 +87,7 @@ enum class Report {
 /// std::invalid_argument if it is constructed with an option out of the range given here. The
 /// defaults here are those of managers; FiberTreeOptions has its own.
 ///
-///     FiberManagerOptions options;         // a FiberTreeOptions has both of these by default
+///     FiberManagerOptions options;         // FiberTreeOptions has the next two by default
 ///     options.report = Report::kCapsules;  // only segments that touch
 ///     options.ignored_neighbors = 1;       // neighbours share a point, so they always touch
 struct FiberOptions {

@@ -115,9 +115,8 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   ShadowManager(std::unique_ptr<Manager> first, std::unique_ptr<Manager> second,
                 ShadowOptions shadow_options = {});
 
-  /// Takes over the managers of the other one, also while a query of it runs. The other one cannot
-  /// make such managers anew. It may then only be assigned to or destroyed, and its calls throw
-  /// std::logic_error.
+  /// Takes over the managers of the other one, even while a query of it runs. The other one then
+  /// has no managers: assign to it or destroy it. All other calls throw std::logic_error.
   ///@{
   ShadowManager(ShadowManager&& other) noexcept : impl_(std::move(other.impl_)) {}
   ShadowManager& operator=(ShadowManager&& other) noexcept {
