@@ -255,8 +255,8 @@ def tried(scene):
     ]
     segments = next(iter(found.values()))["segments"]
     caption = (
-        f"Each was run once, on {segments:,.0f} segments. The fastest of each column was measured; "
-        "in the last two columns, the fastest with either boxes."
+        f"The least of three runs, on {segments:,.0f} segments. The fastest of each column was "
+        "measured; in the last two columns, the fastest with either boxes."
     )
     return Table(
         f"tried {scene.name}",

@@ -297,14 +297,11 @@ void printPage(const std::string& folder, const std::vector<std::string>& wanted
   std::cout
       << "# The scoreboard: who misses what at the extremes\n\n"
          "Each row of [numerics.md](numerics.md#rows) without tapers is asked of each contender, "
-         "in "
-         "a process of its own. A\nrow is right if no touching pair is missed, and none is "
-         "reported "
-         "twice or although its distance exceeds the radii by\nmore than 256 eps of the extent. "
-         "[In double](measured/scoreboard_double.csv) and [in\n"
+         "in a process of its own. A\nrow is right if no touching pair is missed, no pair is "
+         "reported twice, and none is reported whose distance exceeds the\nradii by more than 256 "
+         "eps of the extent. [In double](measured/scoreboard_double.csv) and [in\n"
          "float](measured/scoreboard_float.csv) the cells of all rows have both numbers. *Hangs*: "
-         "no "
-         "answer in "
+         "no answer in "
       << kMostSeconds
       << " seconds.\n*Crashes*: the process has ended. *Refuses*: an exception. The rows with a "
          "margin are not asked of\nFCL and its peers, which know none.\n\n"
