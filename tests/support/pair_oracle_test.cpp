@@ -222,14 +222,17 @@ TYPED_TEST(Judges, HoldFloatToThePromiseOfDouble) {
 // The promise of docs/numerics.md would be another in the tests.
 TEST(Promise, IsThatOfTheDocument) {
   constexpr double kExtent = 64, kLength = 16;
-  const auto promised = [&](Report report, LeafVolume volume, double apart) {
-    const GivenCapsule p{{0, 0, 0}, {0, kLength, 0}, 1}, q{{2 + apart, 0, 0}, {2 + apart, 0, 0}, 1};
+  const auto promised = [&](Report report, LeafVolume volume, double apart, double radius = 1) {
+    const GivenCapsule p{{0, 0, 0}, {0, kLength, 0}, radius},
+        q{{2 * radius + apart, 0, 0}, {2 * radius + apart, 0, 0}, radius};
     return isPromised(p, q, report, volume, 0, kExtent);
   };
-  const double capsules = 256 * std::ldexp(1.0, -52) * (kExtent + kLength);
+  const double sizes = std::ldexp(kExtent + kLength, -52);
   const double volumes = std::ldexp(kExtent, -20);
-  EXPECT_TRUE(promised(Report::kCapsules, LeafVolume::kBox, 0.99 * capsules));
-  EXPECT_FALSE(promised(Report::kCapsules, LeafVolume::kBox, 1.01 * capsules));
+  for (const auto& [radius, eps] : {std::pair(1.0, 16), {0.0, 256}}) {
+    EXPECT_TRUE(promised(Report::kCapsules, LeafVolume::kBox, 0.99 * eps * sizes, radius));
+    EXPECT_FALSE(promised(Report::kCapsules, LeafVolume::kBox, 1.01 * eps * sizes, radius));
+  }
   EXPECT_TRUE(promised(Report::kVolumes, LeafVolume::kBox, 0.99 * volumes));
   EXPECT_FALSE(promised(Report::kVolumes, LeafVolume::kBox, 1.01 * volumes));
   // The long capsule's sphere reaches 9 from (0, 8, 0), which is apart from the ball's by hypot(8,

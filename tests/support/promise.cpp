@@ -16,7 +16,9 @@ bool isPromised(const GivenCapsule& p, const GivenCapsule& q, Report report, Lea
   const ExactCapsule a = roundedCapsule(p), b = roundedCapsule(q);
   if (report == Report::kCapsules) {
     const Real lengths = (a.b - a.a).norm() + (b.b - b.a).norm();
-    const Real band = 256 * Real(std::numeric_limits<double>::epsilon()) * (extent + lengths);
+    const bool thick = p.radius > 0 && q.radius > 0;
+    const Real band =
+        (thick ? 16 : 256) * Real(std::numeric_limits<double>::epsilon()) * (extent + lengths);
     constexpr Real kLeast = std::numeric_limits<double>::denorm_min();
     return TouchOracle::judge(p, q, static_cast<double>(margin + std::max(band, kLeast))).touching;
   }
