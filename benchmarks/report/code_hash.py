@@ -6,18 +6,30 @@
 
 It tells whether a table is of this code where the commit alone does not: after a commit that
 changes documents only, or with changes that are not committed. What measures nothing is left out:
-run.sh and run.py, which build and call the programs, and benchmarks/report, which makes tables of
-results.
+run.sh and run.py, which build and call the programs, benchmarks/report, which makes tables of
+results, and comments and the width of white space in C++.
 """
 
 import hashlib
+import io
+import re
 import subprocess
 import sys
+import tarfile
+from functools import lru_cache
 from pathlib import Path
 
 FOLDERS = ("src", "include", "scenes", "benchmarks")
 AROUND = ("benchmarks/report/", "benchmarks/run.")
 ROOT = Path(__file__).resolve().parents[2]
+
+# What stays as it is, and what is left out.
+CPP = re.compile(
+    rb"""(?P<kept>R"(?P<mark>[^\s()\\]*)\(.*?\)(?P=mark)" | "(?:\\.|[^"\\\n])*"
+                | (?<!\w)'(?:\\.|[^'\\\n])+')
+      | (?://(?:\\\n|[^\n])* | /\*.*?\*/ | \s)+""",
+    re.DOTALL | re.VERBOSE,
+)
 
 
 def git(root, *words):
@@ -26,12 +38,27 @@ def git(root, *words):
     return done.stdout if done.returncode == 0 else b""
 
 
-def blob(content):
-    """Git's name of such a content, so that a commit's files need not be read."""
-    return hashlib.sha1(b"blob %d\0" % len(content) + content).hexdigest()
+def as_it_is(_, content):
+    return content
 
 
-def files_of_tree(root=ROOT):
+def without_comments(name, content):
+    """C++ with each run of comments and white space as one space, or as one line's end."""
+    if not name.endswith((".cpp", ".h")):
+        return content
+    return CPP.sub(
+        lambda match: match["kept"] or (b"\n" if b"\n" in match[0] else b" "), content
+    ).strip()
+
+
+@lru_cache(maxsize=None)
+def blob(name, content, form):
+    """Git's name of what counts of a content."""
+    counted = form(name, content)
+    return hashlib.sha1(b"blob %d\0" % len(counted) + counted).hexdigest()
+
+
+def files_of_tree(root=ROOT, form=without_comments):
     """The names of contents by the names of files, those that git ignores left out. An archive
     without git's folder has all of its files."""
     found = []
@@ -42,15 +69,22 @@ def files_of_tree(root=ROOT):
     if not paths:
         paths = [path for folder in FOLDERS for path in (root / folder).rglob("*")]
     paths = [path for path in paths if path.is_file() and "__pycache__" not in path.parts]
-    return {path.relative_to(root).as_posix(): blob(path.read_bytes()) for path in paths}
+    names = {path.relative_to(root).as_posix(): path for path in paths}
+    return {name: blob(name, path.read_bytes(), form) for name, path in names.items()}
 
 
-def files_of_commit(commit, root=ROOT):
+def files_of_commit(commit, root=ROOT, form=without_comments):
     """The names of contents by the names of files in a commit; nothing where the history is not
     here."""
-    lines = git(root, "ls-tree", "-r", "-z", commit, *FOLDERS).decode().split("\0")
-    entries = [line.split("\t", 1) for line in lines if line]
-    return {name: head.split()[2] for head, name in entries}
+    # A folder that a commit lacks would end git archive.
+    names = git(root, "ls-tree", "-z", "--name-only", commit, *FOLDERS).decode().split("\0")
+    folders = [name for name in names if name]
+    archive = git(root, "archive", "--format=tar", commit, *folders) if folders else b""
+    if not archive:
+        return {}
+    with tarfile.open(fileobj=io.BytesIO(archive)) as tar:
+        members = [member for member in tar if member.isfile()]
+        return {m.name: blob(m.name, tar.extractfile(m).read(), form) for m in members}
 
 
 def is_measured(name):
