@@ -14,16 +14,14 @@ PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 SET_UP_TITLES = ["set-up, boxes written before", "set-up with boxes"]
 READ_RATIOS = ratios.READ + (
     " On one thread unless the row says otherwise. Each row is against the configuration with the "
-    "least median of what the row measures. Cells of update and set-up name FCL's boxes, tight or "
-    "stock. All updates write or read their boxes inside; a set-up of FCL's does where the row "
-    "says so. Touching pairs are an update and a query: ours with Report::kCapsules, the others' "
+    "least median of what the row measures. Cells of update and set-up name FCL's or coal's boxes, "
+    "tight or stock. All updates write or read their boxes inside, and so do all set-ups except the "
+    "one whose row tells that FCL's boxes were written before. Touching pairs are an update and a query: ours with Report::kCapsules, the others' "
     "with a closed-form test of two capsules in the callback, or with their own collide()."
 )
 # Below a row of whom it may mislead.
-NOTES = {
-    row: "Embree visits both orders of each pair, as it has no other query"
-    for row in (ratios.EMBREE, ratios.EMBREE_2, ratios.EMBREE_TEST)
-}
+EMBREES_ORDERS = "Embree visits both orders of each pair, as it has no other query"
+NOTES = {row: EMBREES_ORDERS for row in (ratios.EMBREE, ratios.EMBREE_2, ratios.EMBREE_TEST)}
 NOTES[ratios.GRID] = "which counts pairs and hands none on"
 
 
@@ -32,7 +30,7 @@ WITH_BOXES = (
     ratios.SET_UP,
     ratios.SET_UP_WITH_BOXES,
     "Update: coal",
-    "Set-up: coal",
+    ratios.SET_UP_OF_COAL,
 )
 
 
@@ -81,7 +79,7 @@ IN_README = {
     ratios.TOUCHING_TEST: "FCL's fastest tree, closed-form test of capsules",
     ratios.TOUCHING_TIGHT: "FCL's fastest tree, `fcl::collide` on a sample",
     ratios.COAL_TEST: "coal's fastest tree, closed-form test",
-    ratios.EMBREE_TEST: "Embree's fastest tree, closed-form test",
+    ratios.EMBREE_TEST: "Embree's fastest tree, in both orders, closed-form test",
     ratios.GRID_TEST: "a uniform grid, closed-form test",
 }
 
@@ -161,7 +159,8 @@ def embrees(parts):
             row = [f"{scene.title()}: {what}", "touching" if tested else "of boxes"]
             rows.append([*row, *(time(one.median()) for one in runs), ratio_of(*runs).text()])
     header = ["update + detection, 1 thread", "pairs", "Embree", "ours", "times as fast"]
-    return Table("embree", "Versions of Embree", header, rows, ratios.READ)
+    caption = f"{ratios.READ} {EMBREES_ORDERS}."
+    return Table("embree", "Versions of Embree", header, rows, caption)
 
 
 def best(scenes):
@@ -282,4 +281,8 @@ def growth(part):
     for key, what in (("answer", "pairs"), ("bytes", "bytes")):
         rows.append([what, *(digits(value) for value in growth_of(part, key)), "-"])
     header = ["FiberTree, per segment", *sizes, "last / first"]
-    return Table("growth", "Growth", header, rows, "Helices of 100 segments at one density.")
+    caption = (
+        "Helices of 100 segments at one density. Times are medians, and the last column is the "
+        "quotient of two of them, which has no interval."
+    )
+    return Table("growth", "Growth", header, rows, caption)

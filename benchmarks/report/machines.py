@@ -41,13 +41,16 @@ def renewed(known, table, machine, source):
     return dict(sorted(found.items()))
 
 
-def markdown(table, found):
-    """The table, and what each of its columns is of."""
+def markdown(table, found, newest):
+    """The table, and what each of its columns is of. `newest`: the machine that measured last."""
     cells = {machine: measured["cells"] for machine, measured in found.items()}
+    code = SOURCE.fullmatch(found[newest]["source"])["code"].split()[-1]
     sources, told = [], None
     for measured in found.values():
         match = SOURCE.fullmatch(measured["source"])
-        alike = match and match["command"] + match["rest"]
-        sources.append(match["machine"] + match["code"] if told and alike == told else match[0])
+        alike = match["command"] + match["rest"]
+        source = match["machine"] + match["code"] if alike == told else match[0]
         told = told or alike
+        is_older = match["code"].split()[-1] != code
+        sources.append(source.removesuffix(".") + " (older)." if is_older else source)
     return table.table(cells).markdown() + "\n\n" + "\\\n".join(sources)

@@ -246,7 +246,8 @@ def ratios(parts):
 
     rows.add("The paper's detection with boxes / our volume tests", nanoseconds)
     caption = (
-        "Quotients of the numbers of Table I. Above 1 the second is faster, or makes fewer tests. "
+        "Quotients of the numbers of Table I, which are medians, and so without intervals. Above 1 "
+        "the second is faster, or makes fewer tests. "
         "The last row is the time that a Pentium IV had for a test of two boxes if the paper's "
         "scene was ours: 30 to 120 ns is plausible."
     )

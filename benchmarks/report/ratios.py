@@ -47,6 +47,7 @@ STOCK = "Detection: FCL, stock boxes"
 UPDATE = "Update: FCL"
 SET_UP = "Set-up: FCL, boxes written before"
 SET_UP_WITH_BOXES = "Set-up: FCL, with its boxes"
+SET_UP_OF_COAL = "Set-up: coal, with its boxes"
 TOUCHING_TEST = "Touching pairs: FCL, tight boxes, a closed-form capsule test"
 TOUCHING_TIGHT = "Touching pairs: FCL, tight boxes, fcl::collide"
 TOUCHING_STOCK = "Touching pairs: FCL, stock boxes, fcl::collide"
@@ -71,7 +72,7 @@ def _rows():
         yield Row(TOUCHING_STOCK + suffix, "FCL", "frame", ours, "stock", COLLIDE)
     yield Row("Detection: coal, tight boxes", "coal", "detection", BOXES, "tight", same_pairs=True)
     yield Row("Update: coal", "coal", "update")
-    yield Row("Set-up: coal", "coal", "set_up")
+    yield Row(SET_UP_OF_COAL, "coal", "set_up")
     yield Row(COAL_TEST, "coal", "frame", CAPSULES, "tight", TEST)
     yield Row(COAL_COLLIDE, "coal", "frame", CAPSULES, "tight", COLLIDE)
     yield Row(EMBREE_TEST, "Embree", "frame", CAPSULES, then=TEST)

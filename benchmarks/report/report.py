@@ -114,7 +114,7 @@ class Report:
         """What the table of that name is of."""
         files = self.files.get(name, ".*")
         parts = {name: part for name, part in self.parts.items() if re.fullmatch(files, name)}
-        return f"`{command}`, {circumstances(parts)}"
+        return f"`{command}`, {circumstances(parts, self.parts)}"
 
 
 def headline(folder):
@@ -292,7 +292,7 @@ def write_documents(report, root):
     def renewed(mark):
         head, name, command, _, foot = mark.groups()
         if name in main:
-            return f"{head}\n{machines.markdown(main[name], known[name])}\n\n{foot}"
+            return f"{head}\n{machines.markdown(main[name], known[name], report.machine)}\n\n{foot}"
         if name in tables:
             return f"{head}\n{tables[name].markdown()}\n\n{report.source(name, command)}\n\n{foot}"
         return mark[0]

@@ -128,11 +128,14 @@ def told(parts, key):
     return " and ".join(known or found)
 
 
-def circumstances(parts):
-    """One line: machine, compiler, build type, versions of libraries, commit and hash of code."""
+def circumstances(parts, beside=None):
+    """One line: machine, compiler, build type, versions of libraries, commit and hash of code.
+    `beside`: parts of the same set, which tell the libraries that these do not."""
     machine, compiler, build_type, libraries, commit, code = (
         told(parts, key)
         for key in ("machine", "compiler", "build_type", "libraries", "commit", "code")
     )
+    if libraries == "unknown":
+        libraries = told(beside or parts, "libraries")
     libraries = "" if libraries == "unknown" else f"{libraries}; "
     return f"{machine}; {compiler}, {build_type}; {libraries}commit {commit}, code {code}."

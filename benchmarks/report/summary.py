@@ -26,10 +26,13 @@ def of_frames(parts):
         (ratios.TIGHT, "all pairs of boxes: detection by FCL's fastest tree, tight boxes"),
         (ratios.UPDATE, "update: FCL's fastest, either boxes"),
         (ratios.SET_UP_WITH_BOXES, "set-up: FCL's fastest, either boxes"),
-        (ratios.TOUCHING_TEST, "what touches, a frame: FCL's tree, our test of two capsules"),
-        (ratios.COAL_TEST, "what touches, a frame: coal's tree, our test of two capsules"),
-        (ratios.GRID_TEST, "what touches, a frame: a uniform grid, our test of two capsules"),
-        (ratios.EMBREE_TEST, "what touches, a frame: Embree's tree, our test of two capsules"),
+        (ratios.TOUCHING_TEST, "what touches, a frame: FCL's tree, a closed-form test"),
+        (ratios.COAL_TEST, "what touches, a frame: coal's tree, a closed-form test"),
+        (ratios.GRID_TEST, "what touches, a frame: a uniform grid, a closed-form test"),
+        (
+            ratios.EMBREE_TEST,
+            "what touches, a frame: Embree's tree (both orders), a closed-form test",
+        ),
     ):
         if scenes:
             yield what, least([scene.ratio(row) for scene in scenes.values()])

@@ -385,14 +385,18 @@ class ReportTest(unittest.TestCase):
         self.take("headline")
         readme = self.MARK.format("readme")
         self.documented("headline", readme=readme)
-        self.edit("frames_helix", lambda run: True, machine="Zuse Z3, 2 cores", commit="1234567")
+        other = {"machine": "Zuse Z3, 2 cores", "commit": "1234567", "code": "0123456789ab"}
+        self.edit("frames_helix", lambda run: True, **other)
         self.assert_fails("of several machines", "headline", "--docs", self.root)
         for name in ("frames_cap", "frames_paper-dynamic"):
-            self.edit(name, lambda run: True, machine="Zuse Z3, 2 cores", commit="1234567")
+            self.edit(name, lambda run: True, **other)
         text, _ = self.documented("headline", readme=readme)
         head = [line for line in text["readme"].splitlines() if line.startswith("|  ")][0]
         self.assertRegex(head, r"^\| +\| +[^|]+, \w+ \| +Zuse Z3, \w+ \|$")
-        self.assertRegex(text["readme"], r"commit abcdef0, .*\nZuse Z3, 2 cores; commit 1234567, ")
+        sources = (
+            r"commit abcdef0, code \w+ \(older\)\..*\nZuse Z3, 2 cores; commit 1234567, code \w+\."
+        )
+        self.assertRegex(text["readme"], sources)
         cells = self.row(text["readme"], "FCL's fastest tree, closed-form test")
         self.assertEqual(cells[0], cells[1])
 
