@@ -47,9 +47,10 @@ struct BareContact {
   /// one capsule by that depth along `normal`, away from the other, separates them.
   double distance = 0;
 
-  /// Unit vector from a to b: point_a is moved along it, point_b against it. If the axes intersect,
-  /// up to 16 eps of the coordinates, the normal is perpendicular to both axes. If that leaves a
-  /// choice, because they are parallel or have no length, the choice depends only on the axes.
+  /// Unit vector from a to b: point_a is moved along it, point_b against it. If the axes are no
+  /// further apart than 16 eps of the coordinates, the normal is perpendicular to both. If that
+  /// leaves a choice, because they are parallel or have no length, the choice depends only on the
+  /// axes.
   std::array<double, 3> normal{};
 
   /// Returns the two points of a, then the two of b. If the contact is of two trees, b's are points
@@ -90,7 +91,7 @@ struct Contact : BareContact {
 /// A segment with radii at its points is a row of balls, and the contact is that of one of them.
 /// This is the ball that is closest to the shape, or if the axis reaches into a box or crosses a
 /// plane, the one that leaves it last. `s` is the arc parameter of its center, and its radius is
-/// the one that counts. The segment leaves a plane to the side that takes the shorter way.
+/// the one that counts. Such a segment leaves a plane to the side that takes the shorter way.
 ///
 /// The error of `distance` is at most 32 eps of a sum: the radius, the axis's length, the box's
 /// sides or the sphere's or other capsule's radius and length, and the ways from the shape's middle
@@ -121,10 +122,10 @@ struct ShapeContact {
 ///     const MeshContact c = meshContact(fibers, head, pair);
 ///     if (c.distance < 0) push(c.place.fiber, c.normal, -c.distance);  // against the normal
 ///
-/// If the axis crosses the triangle, up to 16 eps of the coordinates, or is inside a solid mesh,
-/// the depth is how far you must push the whole capsule straight out of the triangle's plane, until
-/// all of it is on one side. If `solid` is set, that is the side that is outside the solid at this
-/// triangle, and the depth is at least the radius.
+/// If the axis is no further from the triangle than 16 eps of the coordinates, or is inside a solid
+/// mesh, the depth is how far you must push the whole capsule straight out of the triangle's plane,
+/// until all of it is on one side. If `solid` is set, that is the side that is outside the solid at
+/// this triangle, and the depth is at least the radius.
 ///
 /// A segment with radii at its points is a row of balls, and the contact is that of one of them:
 /// the ball that is nearest to the triangle, or the one whose center is where the axis crosses. `s`
@@ -169,12 +170,12 @@ struct ContactForces {
                   "a force is a double or an std::array<double, 3>");
   }
 
-  /// The first contact, by the part of it that is read.
+  /// The first contact, as the base class of it that accumulate() reads.
   std::variant<const BareContact*, const ShapeContact*, const MeshContact*> first;
-  std::size_t contact_size;  ///< bytes from one contact to the next
+  std::size_t contact_size;  ///< bytes from one to the next, because only a part of each is read
   std::size_t count;         ///< number of contacts
   const double* numbers;     ///< the forces
-  std::size_t numbers_each;  ///< 1 or 3
+  std::size_t numbers_each;  ///< 1 along the normal, 3 of a vector
   std::size_t force_count;   ///< as many as contacts
 };
 

@@ -84,7 +84,8 @@ auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& obj
   }
   const auto joined = joinedPoints(scene);
   auto joint = joined.begin();
-  std::vector<Object*> from(joined.empty() ? 0 : scene.points.size());  // by point
+  // The segment that starts at each point; null at the last one of a fiber.
+  std::vector<Object*> from(joined.empty() ? 0 : scene.points.size());
   std::vector<FiberObjects<Object>> fibers(scene.fiberCount());
   auto next = objects.begin();
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {

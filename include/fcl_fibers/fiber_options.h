@@ -9,7 +9,7 @@
 /// Collision detection among fibers of capsules.
 namespace fcl_fibers {
 
-/// Stands for the fiber number of what belongs to no fiber.
+/// Stands for the fiber number of what is in no manager or tree.
 inline constexpr std::size_t kNoFiber = ~std::size_t{0};
 
 /// The place of a segment: its fiber, and its number along that fiber. Both count from 0. Fibers
@@ -110,9 +110,10 @@ struct FiberOptions {
   /// negative.
   double margin = 0;
 
-  /// Number of threads that share the work of a build, an update, a self-collision, and a collision
-  /// with another manager or tree of this library. The calling thread is one of them, and only it
-  /// runs callbacks and visitors. At least 1. Pairs and their order are the same for every number.
+  /// Number of threads that share the work of a build, a registration, an update, a self-collision,
+  /// and a collision with another manager, tree or mesh of this library. The calling thread is one
+  /// of them, and only it runs callbacks and visitors. At least 1. Pairs and their order are the
+  /// same for every number. docs/options.md lists what runs on one thread.
   int threads = 1;
 };
 

@@ -43,17 +43,18 @@ struct FiberArrays {
     kOne,       ///< one: radii[0] for all capsules
     kPerFiber,  ///< fiber_count: radii[f] for all capsules of fiber f
     /// point_count: radii[i] for the capsule whose first point is point i. Those at the last point
-    /// of a fiber and at points of no fiber are not read.
+    /// of a fiber and at points that `point_end` leaves out are not read.
     kPerFirstPoint,
     /// point_count: radii[i] at point i. Along a segment the radius changes linearly, so the
-    /// segment is a rounded cone: the hull of the balls around its two points. Radii at points of
-    /// no fiber are not read.
+    /// segment is a rounded cone: the hull of the balls around its two points. Radii at points that
+    /// `point_end` leaves out are not read.
     kPerPoint,
   };
 
-  /// x, y, z of each point: 3 * point_count numbers, finite unless the point is of no fiber.
+  /// x, y, z of each point: 3 * point_count finite numbers. Points that `point_end` leaves out are
+  /// of no fiber, and need not be finite.
   const S* points = nullptr;
-  std::size_t point_count = 0;  ///< including points of no fiber; at most 2^27
+  std::size_t point_count = 0;  ///< including those of no fiber; at most 2^27
   /// fiber_count + 1 numbers, which begin with 0, end with point_count and never descend.
   const std::size_t* point_begin = nullptr;
   std::size_t fiber_count = 0;    ///< including fibers without capsules; at most 2^27
@@ -110,7 +111,7 @@ FCL_FIBERS_TREE_EXPORT std::vector<std::int32_t> rootSegments(const FiberArrays<
 /// Options of a FiberTree: those of FiberOptions, and what bounds the nodes of the tree. By default
 /// a tree reports what touches, and leaves out adjacent segments.
 struct FiberTreeOptions : FiberOptions {
-  /// Takes the options that trees and managers have in common.
+  /// Takes all of `options`. A FiberOptions{} has the defaults of managers, not those of a tree.
   FiberTreeOptions(const FiberOptions& options = {Topology::kBundle, Report::kCapsules, 1})
       : FiberOptions(options) {}
 
@@ -191,19 +192,19 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   template <typename S>
   void update(const FiberArrays<S>& start, const FiberArrays<S>& end);
 
-  /// Calls visit() once for everything that the question finds of the partner: this tree or another
-  /// one, a mesh, a mesh that moves, or a shape. `visit` returns nothing or a bool; true ends the
-  /// query. The call returns whether `visit` ended it. The order depends only on the arrays that
-  /// were passed to the builds and updates, and on the poses of meshes.
+  /// Calls the visitor once for everything that the question finds of the partner: this tree or
+  /// another one, a mesh, a mesh that moves, or a shape. The visitor returns nothing or a bool;
+  /// true ends the query. This call returns whether the visitor ended it. The order depends only on
+  /// the arrays that were passed to the builds and updates, and on the poses of meshes.
   ///
   /// If the partner is a tree, Pairs, Impacts and MovingPairs are handed on while the search goes
-  /// on, so `visit` can end the search early. Contacts, and Pairs in another order than kFound, are
-  /// all found before the first call. visitInParallel() hands on everything as it is found.
+  /// on, so the visitor can end the search early. Contacts, and Pairs in another order than kFound,
+  /// are all found before the first call. visitInParallel() hands on everything as it is found.
   ///
-  /// If another tree is the partner, a is a segment of this tree and b one of the other. The report
-  /// and the margin of this tree count. No pair is left out as neighbours or as one group. For a
-  /// question about a step, update the other tree with a step too; if it rests, pass the same
-  /// arrays twice.
+  /// If another tree is the partner, `a` of a pair is a segment of this tree and `b` one of the
+  /// other. The report and the margin of this tree count. No pair is left out as neighbours or as
+  /// one group. For a question about a step, update the other tree with a step too; if it rests,
+  /// pass the same arrays twice.
   ///
   /// Throws std::invalid_argument if
   /// * the other tree has different volumes or another topology, or if this tree has
@@ -258,7 +259,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     requireAnswer<Question, Partner>();
     static_assert(kIsFoundBy<Found, Question, Partner>, "see found() of the question");
     if constexpr (std::is_constructible_v<Questions, const Question&>) {
-      // What is in the vector is written over, because new elements are zeroed first.
+      // Old elements are written over, because a vector that was cleared would zero them again.
       const auto room = [&found](std::size_t count) {
         if (count > found.size()) found.resize(count);
         return static_cast<void*>(found.data());

@@ -58,8 +58,8 @@ struct LivePairsCounters {
 /// A pair lives while it touches at each of consecutive updates. It has a slot, a small number for
 /// arrays of a program's own, such as friction or impulses. The slot is that of another pair only
 /// after ended() has had the pair for one update. A pair that lives keeps its slot over every
-/// FiberTree::update(). FiberTree::build() ends all pairs, because it may give their names to other
-/// segments.
+/// FiberTree::update(). The first update() after a FiberTree::build() ends all pairs, because their
+/// names may be those of other segments.
 ///
 /// While LivePairs have a list, FiberTree::update() of their tree with one argument reads and
 /// checks all points, but does not refit the tree. The first query that needs the tree refits it.

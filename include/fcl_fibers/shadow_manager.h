@@ -83,12 +83,12 @@ FCL_FIBERS_EXPORT ShadowReplay replayRecord(const std::string& path);
 /// throws, that is a difference, and after a change that throws it is asked no more. Nothing writes
 /// to the program's objects.
 ///
-/// **What is compared.** Pairs that touch have to be in both managers once. Of the other pairs, a
-/// FiberCollisionManager has to hand on those within its margins, and no pair that its options
-/// exclude from its report; see Report. A query that the callback ended is compared as far as it
-/// went. The least distances have to agree, where both are known. Pairs count where their objects
-/// were at the last update, and in a step of a manager with motion on the straight way there; an
-/// object that has moved since decides nothing. docs/contract.md has the details.
+/// **What is compared.** Pairs that touch have to be in both managers once. A FiberCollisionManager
+/// has to report every pair within its margins. Under Report::kCapsules it must not report other
+/// pairs of capsules. A query that the callback ended is compared as far as it went. The least
+/// distances have to agree, where both are known. Pairs count where their objects were at the last
+/// update, and in a step of a manager with motion on the straight way there; an object that has
+/// moved since decides nothing. docs/contract.md has the details.
 ///
 /// **Another manager.** If the other manager of a query is a ShadowManager too, the first ones meet
 /// and the second ones meet. So wrap all managers of a program, or ask the wrapped one: FCL's
@@ -126,9 +126,9 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   ///@}
   ~ShadowManager() override = default;
 
-  /// Registers a fiber: by registerFiber() in each FiberCollisionManager, by registerObjects() in
-  /// another one. Pairs of neighbours that the options leave out are no difference. Groups, rules
-  /// for obstacles and joints have no place here.
+  /// Registers a fiber: by registerFiber() in each FiberCollisionManager, by registerObjects() in a
+  /// manager of any other class. Pairs of neighbours that the options leave out are no difference.
+  /// This call takes no groups, rules for obstacles or joints.
   void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen) {
     change(ends == FiberEnds::kOpen ? "registerFiber" : "registerRing", fiber);
   }

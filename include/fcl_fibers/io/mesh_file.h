@@ -21,7 +21,8 @@ struct MeshFile {
   std::vector<std::int32_t> triangles;
 };
 
-/// Returns the arrays that TriangleMesh reads. They are those of `mesh`, which has to remain.
+/// Returns the arrays that TriangleMesh reads. They are those of `mesh`. Keep it until its points
+/// are no longer read.
 inline MeshArrays<double> meshArrays(const MeshFile& mesh) {
   return {mesh.points.empty() ? nullptr : mesh.points.front().data(), mesh.points.size(),
           mesh.triangles.data(), mesh.triangles.size() / 3};
@@ -35,14 +36,18 @@ inline MeshArrays<double> meshArrays(const MeshFile& mesh) {
 ///
 /// A face of n points becomes n - 2 triangles, which cover once what the face surrounds. The face
 /// need not be convex. Its outline may touch itself. It may also pass an edge to and fro, as in
-/// faces with holes. If it goes round several times, one round counts. Triangles have no area where
-/// points are repeated, and where the outline goes back on its own line. If all points of a face
-/// are on one line, or at one place, its triangles are there, too. A face that is not flat is cut
-/// as it looks along the axis that is nearest to its normal. If a quadrangle seems to cross itself
-/// from there, but does not in space, it is cut along its shorter diagonal. On which side of a line
-/// a point lies is decided exactly, whatever the coordinates are. Files round coordinates, so a
-/// face may cross itself a little: up to 2^-20 of its coordinates, and at most 2^-10 of its size,
-/// it counts as one that touches itself.
+/// faces with holes. If it goes round several times, one round counts.
+///
+/// Triangles have no area where points are repeated, and where the outline goes back on its own
+/// line. If all points of a face are on one line, or at one place, its triangles are there, too.
+///
+/// A face that is not flat is cut as it looks along the axis that is nearest to its normal. If a
+/// quadrangle seems to cross itself from there, but does not in space, it is cut along its shorter
+/// diagonal.
+///
+/// On which side of a line a point lies is decided exactly, whatever the coordinates are. Files
+/// round coordinates, so a face may cross itself a little: up to 2^-20 of its coordinates, and at
+/// most 2^-10 of its size, it counts as one that touches itself.
 ///
 /// Throws std::runtime_error with the file's name and the reason if the file cannot be read, has no
 /// face, or is malformed. If it is malformed, the text also has the line. A file is malformed if a
