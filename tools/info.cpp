@@ -134,7 +134,7 @@ std::vector<std::string> warnings(const SceneSource& source, const FiberPolyline
     warn(count([](double, double radius) { return radius == 0; }),
          "segments of radius zero, which touch only if axes cross: {}");
   } else {
-    texts.push_back("the file holds no radius; check, distance and view need --radius");
+    texts.push_back("the file holds no radius; check, distance, trade and view need --radius");
   }
   const double thickest =
       facts.radii.empty() ? 0 : *std::max_element(facts.radii.begin(), facts.radii.end());

@@ -304,7 +304,8 @@ void printPage(const std::string& folder, const std::vector<std::string>& wanted
          "no answer in "
       << kMostSeconds
       << " seconds.\n*Crashes*: the process has ended. *Refuses*: an exception. The rows with a "
-         "margin are not asked of\nFCL and its peers, which know none.\n\n"
+         "margin are asked of our\nlibrary alone, because a margin is another number in each "
+         "library.\n\n"
          "| rows that are right | in double | in float |\n|---|--:|--:|\n";
   for (const Sum& sum : in_double) {
     std::cout << "| " << sum.name << " | " << cellOf(in_double, sum.name) << " | "

@@ -101,7 +101,7 @@ TEST_F(CommandsTest, TellsNothingOfPartsThatAreMissing) {
   const Answer info = run({"info", path("fibers.txt")});
   EXPECT_EQ(info.code, 0);
   EXPECT_THAT(info.out, AllOf(HasSubstr("begins at radius 0.005"),
-                              HasSubstr("; check, distance and view need ")));
+                              HasSubstr("; check, distance, trade and view need ")));
 }
 
 TEST_F(CommandsTest, HandsTheSignalsBack) {
