@@ -60,6 +60,8 @@ BasicMotion<S> makeMotion(const SceneRequest& request, int part) {
   BasicMotion<S> motion = {movingFibers<S>(source, request.rows, frames), true, {}};
   motion.checked.push_back(movingFibers<S>(source, request.rows, {0, last / 4}));
   motion.checked.push_back(movingFibers<S>(source, request.rows, {last / 2, last}));
+  const auto middle = frames.begin() + request.steps / 2;
+  motion.tried = movingFibers<S>(source, request.rows, {middle[0], middle[1]});
   return motion;
 }
 

@@ -34,6 +34,8 @@ struct BasicMotion {
 
   /// Where contenders are checked, two frames each; those of `fibers` if there are none.
   std::vector<BasicMovingFibers<S>> checked;
+  /// Where they are tried: one step in the middle of the motion, if it is summed.
+  std::optional<BasicMovingFibers<S>> tried = {};
 };
 using Motion = BasicMotion<double>;
 

@@ -47,7 +47,7 @@ template <typename S>
 BasicAgainst<S> readAgainst(const std::string& text) {
   const std::string paper = "paper:";
   BasicAgainst<S> against;
-  against.tried = allOf<S>({Group::kFclTuned});
+  against.tried = allOf<S>({Group::kFclTuned, Group::kFclNeverRebuilt});
   if (text == "headline" || text == "full" || text == "fcl") {
     for (const BasicContender<S>& contender : allOf<S>({Group::kOurs})) {
       const bool is_box_tree = contender.manager == "LayeredAABBTree";
@@ -83,12 +83,12 @@ BasicAgainst<S> readAgainst(const std::string& text) {
     if (text == "paper_all") {
       add(against.contenders, allOf<S>({Group::kFclOthers}, Boxes::kTight));
     }
-    against.tried = allOf<S>({Group::kFclTuned}, Boxes::kTight);
+    against.tried = allOf<S>({Group::kFclTuned, Group::kFclNeverRebuilt}, Boxes::kTight);
   } else {
     const bool is_paper = text.compare(0, paper.size(), paper) == 0;
     Contenders<S> pool = is_paper ? paperTrees<S>() : allOf<S>({Group::kOurs});
-    add(pool, allOf<S>({Group::kFclTuned, Group::kFclTrees, Group::kFclOthers, Group::kForeign,
-                        Group::kForeignTuned}));
+    add(pool, allOf<S>({Group::kFclTuned, Group::kFclNeverRebuilt, Group::kFclTrees,
+                        Group::kFclOthers, Group::kForeign, Group::kForeignTuned}));
     if (!is_paper) return named(text, pool);
     // One more, to which counts are held.
     return named(text.substr(paper.size()) + ",LayeredAABBTree/boxes", pool);

@@ -41,7 +41,7 @@ class BulletTree : public ForeignTree {
   }
 
   std::size_t countTouching() const override {
-    const std::vector<CapsuleAxis<double>> capsules = axes();
+    const auto& capsules = readAxes();
     std::size_t count = 0;
     forEachPair(
         [&](std::size_t a, std::size_t b) { count += capsulesTouch(capsules[a], capsules[b]); });

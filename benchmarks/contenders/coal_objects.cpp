@@ -38,6 +38,7 @@ class ManagerOf final : public CoalManager {
  public:
   ManagerOf(const Objects& objects, const CoalWay& way) : objects_(objects), way_(way) {
     tree_.tree_init_level = way.level;
+    if (way.nonbalanced_level > 0) tree_.max_tree_nonbalanced_level = way.nonbalanced_level;
   }
 
   void setup() override {
@@ -65,12 +66,12 @@ class ManagerOf final : public CoalManager {
   }
 
   std::size_t countTouching() const override {
-    std::vector<CapsuleAxis<double>> axes;
-    axes.reserve(objects_.size());
-    for (const auto& object : objects_) axes.push_back(axisOf(*object));
+    axes_.clear();
+    axes_.reserve(objects_.size());
+    for (const auto& object : objects_) axes_.push_back(axisOf(*object));
     std::size_t count = 0;
     forEachPair([&](const auto& a, const auto& b) {
-      count += capsulesTouch(axes[numberOf(a)], axes[numberOf(b)]);
+      count += capsulesTouch(axes_[numberOf(a)], axes_[numberOf(b)]);
     });
     return count;
   }
@@ -110,6 +111,7 @@ class ManagerOf final : public CoalManager {
   const Objects& objects_;
   CoalWay way_;
   Tree tree_;
+  mutable std::vector<CapsuleAxis<double>> axes_;
 };
 
 class TheObjects final : public CoalObjects {

@@ -42,8 +42,9 @@ class CoalManager {
 };
 
 struct CoalWay {
-  bool array;  ///< the array form of the dynamic tree
-  int level;   ///< the tree_init_level
+  bool array;             ///< the array form of the dynamic tree
+  int level;              ///< the tree_init_level
+  int nonbalanced_level;  ///< the max_tree_nonbalanced_level; 0 for coal's default
   bool tight;  ///< set-up and update write boxes of end points +- radius; else computeAABB()
 };
 

@@ -92,24 +92,27 @@ class CoalTree : public ForeignTree {
   std::unique_ptr<CoalManager> manager_;
 };
 
+Contender treeOf(const CoalWay& way) {
+  const std::string variant = (way.tight ? "tight_level_" : "stock_level_") +
+                              std::to_string(way.level) +
+                              (way.nonbalanced_level == kNeverRebuilt ? "_never_rebuilt" : "");
+  Contender tree = foreignContender(way.array ? "coal_Array" : "coal", variant,
+                                    [way] { return std::make_unique<CoalTree>(way); });
+  tree.group = Group::kForeignTuned;
+  if (way.tight) tree.reported = Reported::kTightBoxes;
+  tree.is_renewed = true;
+  tree.follow = [](const std::vector<Object*>& objects) { CoalScene::only().follow(objects); };
+  return tree;
+}
+
+/// As those of FCL.
 std::vector<Contender> trees() {
   std::vector<Contender> all;
-  for (const bool tight : {true, false}) {
-    for (const int level : {0, 1, 2, 3}) {
-      for (const bool array : {false, true}) {
-        const CoalWay way = {array, level, tight};
-        Contender tree =
-            foreignContender(array ? "coal_Array" : "coal",
-                             (tight ? "tight_level_" : "stock_level_") + std::to_string(level),
-                             [way] { return std::make_unique<CoalTree>(way); });
-        tree.group = Group::kForeignTuned;
-        if (tight) tree.reported = Reported::kTightBoxes;
-        tree.is_renewed = true;
-        tree.follow = [](const std::vector<Object*>& objects) {
-          CoalScene::only().follow(objects);
-        };
-        all.push_back(tree);
-      }
+  for (const int level : {0, 1, 2, 3}) {
+    for (const bool array : {false, true}) {
+      all.push_back(treeOf({array, level, 0, /*tight=*/true}));
+      all.push_back(treeOf({array, level, kNeverRebuilt, /*tight=*/true}));
+      all.push_back(treeOf({array, level, 0, /*tight=*/false}));
     }
   }
   return all;

@@ -102,20 +102,32 @@ Contenders<S> published() {
   return found;
 }
 
-/// @param level  the tree_init_level
+/// How a dynamic tree of FCL's is set; by default as FCL sets it.
+struct TreeOptions {
+  int level = -1;  ///< the tree_init_level
+  bool is_rebuilt = true;
+
+  std::string suffix() const {
+    if (level < 0) return "";
+    return "_level_" + std::to_string(level) + (is_rebuilt ? "" : "_never_rebuilt");
+  }
+};
+
 template <typename FclManager, typename S>
-BasicContender<S> fclManager(Group group, const char* manager, Boxes boxes, int level = -1) {
-  const auto make = [level](const Objects<S>&) {
+BasicContender<S> fclManager(Group group, const char* manager, Boxes boxes,
+                             const TreeOptions& options = {}) {
+  const auto make = [options](const Objects<S>&) {
     auto made = std::make_unique<FclManager>();
     if constexpr (std::is_base_of_v<DynamicTree<S>, FclManager> ||
                   std::is_base_of_v<DynamicTreeArray<S>, FclManager>) {
-      if (level >= 0) made->tree_init_level = level;
+      if (options.level >= 0) made->tree_init_level = options.level;
+      if (!options.is_rebuilt) made->max_tree_nonbalanced_level = kNeverRebuilt;
     } else {
-      static_cast<void>(level);
+      static_cast<void>(options);
     }
     return made;
   };
-  const std::string variant = level < 0 ? "" : "_level_" + std::to_string(level);
+  const std::string variant = options.suffix();
   // Our box tree is held to do the work of FCL's own trees on tight boxes.
   const bool is_reference = boxes == Boxes::kTight && group != Group::kFclOthers;
   const auto reported = is_reference ? Reported::kTightBoxes : Reported::kTouchingAtLeast;
@@ -124,9 +136,9 @@ BasicContender<S> fclManager(Group group, const char* manager, Boxes boxes, int 
 
 /// The dynamic tree and its array form.
 template <typename S>
-Contenders<S> fclTrees(Group group, Boxes boxes, int level = -1) {
-  return {fclManager<DynamicTree<S>, S>(group, "DynamicAABBTree", boxes, level),
-          fclManager<DynamicTreeArray<S>, S>(group, "DynamicAABBTree_Array", boxes, level)};
+Contenders<S> fclTrees(Group group, Boxes boxes, const TreeOptions& options = {}) {
+  return {fclManager<DynamicTree<S>, S>(group, "DynamicAABBTree", boxes, options),
+          fclManager<DynamicTreeArray<S>, S>(group, "DynamicAABBTree_Array", boxes, options)};
 }
 
 // FCL's hash wants to be told what it is for. Cells of 1.5 times the mean box edge: half or twice
@@ -154,7 +166,12 @@ Contenders<S> fclManagers(Group group, Boxes boxes) {
   Contenders<S> found;
   if (group == Group::kFclTrees) return fclTrees<S>(group, boxes);
   if (group == Group::kFclTuned) {
-    for (const int level : {0, 1, 2, 3}) append(found, fclTrees<S>(group, boxes, level));
+    for (const int level : {0, 1, 2, 3}) append(found, fclTrees<S>(group, boxes, {level}));
+  }
+  if (group == Group::kFclNeverRebuilt && boxes == Boxes::kTight) {
+    for (const int level : {0, 1, 2, 3}) {
+      append(found, fclTrees<S>(Group::kFclTuned, boxes, {level, /*is_rebuilt=*/false}));
+    }
   }
   if (group == Group::kFclOthers) {
     return {fclManager<fcl::SaPCollisionManager<S>, S>(group, "SaP", boxes),

@@ -25,14 +25,20 @@ using Manager = BasicManager<double>;
 
 /// Contenders that are asked for together.
 enum class Group {
-  kOurs,          ///< ours with their defaults
-  kPublished,     ///< ours on the published topology and on bundles, of the card
-  kFclTrees,      ///< FCL's dynamic tree and its array form, as FCL constructs them
-  kFclOthers,     ///< its other managers
-  kFclTuned,      ///< its two trees in each of the ways that may be fastest; they are tried
-  kForeign,       ///< trees of other libraries, and a grid
-  kForeignTuned,  ///< those that are tried as FCL's are
+  kOurs,             ///< ours with their defaults
+  kPublished,        ///< ours on the published topology and on bundles, of the card
+  kFclTrees,         ///< FCL's dynamic tree and its array form, as FCL constructs them
+  kFclOthers,        ///< its other managers
+  kFclTuned,         ///< its two trees at each tree_init_level; they are tried
+  kFclNeverRebuilt,  ///< these with kNeverRebuilt, on tight boxes; of the group kFclTuned
+  kForeign,          ///< trees of other libraries, and a grid
+  kForeignTuned,     ///< those that are tried as FCL's are
 };
+
+/// The max_tree_nonbalanced_level of a dynamic tree that updates only refit and balance. With
+/// FCL's and coal's default of 10 an update also rebuilds a tree that a higher tree_init_level has
+/// made deep.
+constexpr int kNeverRebuilt = 1000;
 
 /// One manager in one configuration.
 template <typename S>

@@ -5,9 +5,9 @@
 // it rebuilds by Morton codes, at a quarter of the time, or refits. A refit without the low quality
 // or without the flag "dynamic" is none: it costs a rebuild, which that flag makes slower.
 //
-// rtcCollide calls back for pairs of leaves, in both orders and for an object with itself. Its
-// rebuilt trees have one box to a leaf, so that these are the pairs that overlap. A tree to be
-// refitted has several and no test of their boxes, so that we test them.
+// rtcCollide of a scene with itself calls back for pairs of leaves, in both orders. Its rebuilt
+// trees have one box to a leaf, so that these are the pairs that overlap. A tree to be refitted has
+// several and no test of their boxes, so that we test them.
 #if FCL_FIBERS_WITH_EMBREE == 4
 #include <embree4/rtcore.h>
 #else
@@ -15,6 +15,8 @@
 #endif
 
 #include <atomic>
+#include <cstdint>
+#include <deque>
 #include <mutex>
 #include <stdexcept>
 #include <string>
@@ -59,6 +61,43 @@ void forEachBlock(const Scene& a, const Scene& b, Block&& block) {
       },
       &block);
 }
+
+/// Counts of the threads on which Embree calls back, each in cache lines of its own.
+class CountsOfThreads {
+ public:
+  PairCount& own() {
+    thread_local std::uint64_t known_number = 0;
+    thread_local PairCount* known = nullptr;
+    if (known_number != number_) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      known = &counts_.emplace_back().count;
+      known_number = number_;
+    }
+    return *known;
+  }
+
+  PairCount sum() const {
+    PairCount sum;
+    for (const Padded& one : counts_) {
+      sum.pairs += one.count.pairs;
+      sum.visited += one.count.visited;
+    }
+    return sum;
+  }
+
+ private:
+  struct alignas(128) Padded {
+    PairCount count;
+  };
+  static std::uint64_t nextNumber() {
+    static std::atomic<std::uint64_t> last{0};
+    return ++last;
+  }
+
+  std::uint64_t number_ = nextNumber();
+  std::mutex mutex_;
+  std::deque<Padded> counts_;
+};
 
 FloatBox boxOf(const FloatBox& box) { return box; }
 FloatBox boxOf(Object* object) {
@@ -149,35 +188,22 @@ class EmbreeTree : public ForeignTree {
   }
 
   PairCount countPairs() const override {
-    if (threads_ == 1) {
-      PairCount count;
-      forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int size) {
-        count.pairs += pairsIn(collisions, size);
-        count.visited += size;
-      });
-      return count;
-    }
-    std::atomic<std::size_t> pairs{0}, visited{0};
-    forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int size) {
-      const std::size_t found = pairsIn(collisions, size);
-      if (found > 0) pairs.fetch_add(found, std::memory_order_relaxed);
-      visited.fetch_add(size, std::memory_order_relaxed);
+    return sumOfBlocks([this](const RTCCollision* collisions, unsigned int size, PairCount& count) {
+      count.pairs += pairsIn(collisions, size);
+      count.visited += size;
     });
-    return {pairs, visited};
   }
 
   std::size_t countTouching() const override {
-    const std::vector<CapsuleAxis<double>> capsules = axes();
-    std::atomic<std::size_t> count{0};
-    forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int size) {
-      std::size_t found = 0;
-      for (unsigned int i = 0; i < size; ++i) {
-        const RTCCollision& pair = collisions[i];
-        if (isPair(pair)) found += capsulesTouch(capsules[pair.primID0], capsules[pair.primID1]);
-      }
-      count.fetch_add(found, std::memory_order_relaxed);
-    });
-    return count;
+    const auto& capsules = readAxes();
+    return sumOfBlocks([&](const RTCCollision* collisions, unsigned int size, PairCount& count) {
+             for (unsigned int i = 0; i < size; ++i) {
+               const RTCCollision& pair = collisions[i];
+               if (!isPair(pair)) continue;
+               count.pairs += capsulesTouch(capsules[pair.primID0], capsules[pair.primID1]);
+             }
+           })
+        .pairs;
   }
 
   std::size_t libraryBytes(std::size_t) const override {
@@ -185,6 +211,23 @@ class EmbreeTree : public ForeignTree {
   }
 
  private:
+  /// Calls add(collisions, size, count) for each block, with a count of the thread.
+  template <typename Add>
+  PairCount sumOfBlocks(Add&& add) const {
+    if (threads_ == 1) {
+      PairCount count;
+      forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int size) {
+        add(collisions, size, count);
+      });
+      return count;
+    }
+    CountsOfThreads counts;
+    forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int size) {
+      add(collisions, size, counts.own());
+    });
+    return counts.sum();
+  }
+
   bool isPair(const RTCCollision& found) const {
     return found.primID0 < found.primID1 &&
            (leaves_are_boxes_ || overlap(boxes()[found.primID0], boxes()[found.primID1]));
@@ -227,15 +270,20 @@ class EmbreeBoxes : public BoxTree {
   }
 
   void visitPairs(const Visitor& visit) const override {
+    constexpr std::size_t kMost = 1024;
     Pairs pairs;
-    forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int count) {
+    const auto hand = [&] {
+      visit(pairs);
       pairs.clear();
+    };
+    forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int count) {
       for (unsigned int i = 0; i < count; ++i) {
         const RTCCollision& found = collisions[i];
         if (found.primID0 < found.primID1) pairs.emplace_back(found.primID0, found.primID1);
       }
-      if (!pairs.empty()) visit(pairs);
+      if (pairs.size() >= kMost) hand();
     });
+    hand();
   }
 
   std::size_t countOverlaps(const EmbreeBoxes& other) const {

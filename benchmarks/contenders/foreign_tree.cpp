@@ -52,11 +52,11 @@ void ForeignTree::readBoxes() {
       });
 }
 
-std::vector<CapsuleAxis<double>> ForeignTree::axes() const {
-  std::vector<CapsuleAxis<double>> all;
-  all.reserve(size());
-  for (const Object* const object : objects_) all.push_back(axisOf(*object));
-  return all;
+const std::vector<CapsuleAxis<double>>& ForeignTree::readAxes() const {
+  axes_.clear();
+  axes_.reserve(size());
+  for (const Object* const object : objects_) axes_.push_back(axisOf(*object));
+  return axes_;
 }
 
 NarrowPhase ForeignTree::collideSome(const std::vector<std::pair<Object*, Object*>>& pairs) const {

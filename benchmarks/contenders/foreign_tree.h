@@ -67,8 +67,8 @@ class ForeignTree : public Manager, public ForeignManager {
   /// Reads the tight boxes from the poses, as our manager does.
   void readBoxes();
 
-  /// Of all objects, in their order: what a test of pairs reads.
-  std::vector<CapsuleAxis<double>> axes() const;
+  /// Reads all objects, in their order: what a test of pairs needs.
+  const std::vector<CapsuleAxis<double>>& readAxes() const;
 
   /// Without the copy of the boxes, which only this class needs.
   std::size_t libraryBytes(std::size_t allocated) const override {
@@ -87,6 +87,7 @@ class ForeignTree : public Manager, public ForeignManager {
 
   std::vector<Object*> objects_;
   std::vector<FloatBox> boxes_;
+  mutable std::vector<CapsuleAxis<double>> axes_;  // keeps its memory from query to query
   std::unique_ptr<parallel::Executor> executor_;
 };
 
@@ -122,7 +123,7 @@ class BoxTree {
   /// Builds it anew, as the library does this after a motion.
   /// @param boxes  borrowed until the next update
   virtual void update(const std::vector<FloatBox>& boxes) = 0;
-  /// Visits each pair once, in blocks as the library hands them on.
+  /// Visits each pair once, in blocks of a thousand or so.
   virtual void visitPairs(const Visitor& visit) const = 0;
 };
 

@@ -43,12 +43,11 @@ class GridTree : public ForeignTree {
   }
 
   std::size_t countTouching() const override {
-    std::vector<CapsuleAxis<double>> sorted;
-    sorted.reserve(size());
-    for (const std::uint32_t id : ids_) sorted.push_back(axisOf(*object(id)));
+    axes_.clear();
+    axes_.reserve(size());
+    for (const std::uint32_t id : ids_) axes_.push_back(axisOf(*object(id)));
     std::size_t count = 0;
-    forEachPair(
-        [&](std::size_t i, std::size_t j) { count += capsulesTouch(sorted[i], sorted[j]); });
+    forEachPair([&](std::size_t i, std::size_t j) { count += capsulesTouch(axes_[i], axes_[j]); });
     return count;
   }
 
@@ -186,6 +185,7 @@ class GridTree : public ForeignTree {
   std::array<std::uint32_t, 3> cells_ = {};  ///< by axis, with an empty one at each end
   std::vector<std::uint32_t> cell_of_, cell_begin_, ids_;
   std::array<std::vector<float>, 6> sorted_;  ///< least and greatest by axis
+  mutable std::vector<CapsuleAxis<double>> axes_;
 };
 
 Contender grid(int threads) {

@@ -166,7 +166,8 @@ void BasicFrameRuns<S>::run() {
     const auto test = [&] {
       if (!does(PairWork::kTest)) return;
       std::size_t found_touching = 0;
-      test_seconds += seconds([&] { found_touching = countTouching(*manager, fibers.objects()); });
+      test_seconds +=
+          seconds([&] { found_touching = countTouching(*manager, fibers.objects(), axes_); });
       checkTouching(frame, found_touching);
       touching += found_touching;
     };

@@ -127,13 +127,12 @@ std::vector<Chosen<S>> choose(const Request& request, const BasicAgainst<S>& aga
                               BasicMotion<S>& motion) {
   std::vector<Chosen<S>> chosen;
   if (!against.tried.empty()) {
-    const bool smaller =
-        motion.checked.empty() && motion.fibers.segmentCount() >= kTrySmallerFromSegments;
+    const bool smaller = !motion.tried && motion.fibers.segmentCount() >= kTrySmallerFromSegments;
     std::optional<BasicMotion<S>> part;
     if (smaller) part = makeMotion<S>(request.scene, kTryPart);
-    BasicMovingFibers<S>& fibers = smaller                  ? part->fibers
-                                   : motion.checked.empty() ? motion.fibers
-                                                            : motion.checked.back();
+    BasicMovingFibers<S>& fibers = smaller        ? part->fibers
+                                   : motion.tried ? *motion.tried
+                                                  : motion.fibers;
     chosen = fastest(against, request.limit, fibers);
   }
   for (const BasicContender<S>& contender : against.contenders) {
