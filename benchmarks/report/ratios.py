@@ -24,7 +24,7 @@ ROUNDING = 0.01  # Bounds are rounded outward: so many more pairs are the same w
 # What the callback does with a pair, by how the contender's name ends; what a careful user
 # writes is first.
 TEST, COLLIDE = "_and_test", "_and_collide"
-ON_2_THREADS = "; ours on 2 threads"
+ON_2_THREADS = "; ours on 2 threads, FCL has none"
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,8 @@ def of_others(parts):
         yield "hair that touches its head: FCL's tree and fcl::collide", least(hair)
     moved = [found.against_the_fastest() for found in motion.motions_of(parts).values()]
     if moved:
-        yield "what touches in a step of motion: the fastest tree of swept boxes", least(moved)
+        what = "what touches in a step of motion: the fastest tree of swept boxes, ours among them"
+        yield what, least(moved)
     if "clients" in parts:
         rows = elsewhere.client_rows(parts["clients"])
         small = min(rows, key=lambda row: row.ratio.value)
