@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[2]
 CPP = re.compile(
     rb"""(?P<kept>R"(?P<mark>[^\s()\\]*)\(.*?\)(?P=mark)" | "(?:\\.|[^"\\\n])*"
                 | (?<!\w)'(?:\\.|[^'\\\n])+')
-      | (?://(?:\\\n|[^\n])* | /\*.*?\*/ | \s)+""",
+      | (?://[^\n]* | /\*.*?\*/ | \s)+""",
     re.DOTALL | re.VERBOSE,
 )
 
@@ -43,12 +43,16 @@ def as_it_is(_, content):
 
 
 def without_comments(name, content):
-    """C++ with each run of comments and white space as one space, or as one line's end."""
+    """C++ with each run of comments and white space as one space. Lines end only around what is for
+    the preprocessor."""
     if not name.endswith((".cpp", ".h")):
         return content
-    return CPP.sub(
-        lambda match: match["kept"] or (b"\n" if b"\n" in match[0] else b" "), content
-    ).strip()
+
+    def kept(match):
+        return match["kept"] or (b"\n" if b"\n" in match[0] else b" ")
+
+    lines = CPP.sub(kept, content.replace(b"\\\n", b" ")).strip().split(b"\n")
+    return b" ".join(b"\n" + one + b"\n" if one.startswith(b"#") else one for one in lines)
 
 
 @lru_cache(maxsize=None)

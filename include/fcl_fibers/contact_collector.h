@@ -86,18 +86,19 @@ struct ObjectContact : Contact {
 /// Two capsules or spheres, or one of them and a box, plane, half-space or single triangle, have
 /// one contact, which is that of capsuleContact(). They have it if they are no further apart than
 /// the manager's margin and their own margins together; Bounds explains an object's own margin.
-/// Under Report::kCapsules a pair may also be reported because a box counts in place of an object,
-/// and then it has one contact too.
+/// Under Report::kCapsules a pair may also be reported because a box counts in place of an object.
+/// Then it has one contact too, except with Bounds::kObjects.
 ///
-/// If the manager has Report::kCapsules, a capsule or sphere and a mesh of triangles have a contact
-/// for each triangle that they touch within these margins, however many there are. If a pair is
-/// reported although no triangle touches, as inside a solid mesh, the contact is that with the
-/// nearest triangle. See FiberCollisionManager::findMeshContacts().
+/// If the manager has Report::kCapsules, but not Bounds::kObjects, a capsule or sphere and a mesh
+/// of triangles have a contact for each triangle that they touch within these margins, however many
+/// there are. If a pair is reported although no triangle touches, as inside a solid mesh, the
+/// contact is that with the nearest triangle. See FiberCollisionManager::findMeshContacts().
 ///
 /// All other pairs go to `fcl::collide`: those of two objects that are neither capsules nor
-/// spheres, and those of a cylinder, cone, ellipsoid, convex or octree, even if cylinders or boxes
-/// form a fiber. They have the contacts that FCL finds, at most as many as the request admits, and
-/// none within a margin. FCL's points may be off the surfaces, and its depth need not be the least.
+/// spheres, those of a cylinder, cone, ellipsoid, convex or octree, even if cylinders or boxes form
+/// a fiber, and those of a mesh under Report::kVolumes or Bounds::kObjects. They have the contacts
+/// that FCL finds, at most as many as the request admits, and none within a margin. FCL's points
+/// may be off the surfaces, and its depth need not be the least.
 /// Its normals, positions and depths are converted to those of Contact. The arc parameter of a
 /// capsule is where its axis is nearest to FCL's position; that of any other shape is 0. For a
 /// scene of floats the user's program compiles FCL's narrow phase.
@@ -128,8 +129,9 @@ class ContactCollector {
   void clear() { contacts_.clear(); }
 
   /// The callback to pass to `collide`, with the collector as `cdata`. It never ends the query. It
-  /// throws std::invalid_argument if the query is not one of the collector's manager, and as
-  /// capsuleContact() does if a capsule has become invalid since the manager read it.
+  /// throws std::invalid_argument if it finds a contact whose first object is not registered in the
+  /// collector's manager, and as capsuleContact() does if a capsule has become invalid since the
+  /// manager read it.
   static bool callback(Object* a, Object* b, void* cdata) {
     static_cast<ContactCollector*>(cdata)->add(a, b);
     return false;

@@ -61,10 +61,15 @@ struct LiveObjectPair {
 /// manager to their own class without a check. `ours.collide(&fcls, ...)` works.
 ///
 /// **Reading.** `setup` and `update` read the objects, and queries find them where they were read
-/// last. There are two exceptions. The first query after objects were registered or unregistered
-/// does the work of `setup`. A query with another fiber manager reads the other manager's objects
-/// afresh in two cases: the other manager has Report::kVolumes, and its volumes, topology or report
-/// differ from this one's; or its margin is larger than this one's and larger than its own scene.
+/// last. There are four exceptions:
+/// * The first query after objects were registered or unregistered does the work of `setup`.
+/// * An object that is passed to `collide` or `distance`, and the objects of a manager that is no
+///   fiber manager, count as they are now, even if they are managed here. **Motion** tells when
+///   they do not.
+/// * Under Report::kVolumes, `distance` measures all objects where they are now.
+/// * A query with another fiber manager that has Report::kVolumes reads its objects afresh in two
+///   cases. Either the volumes, topology or report of the two managers differ, or the other margin
+///   is larger than this one's and larger than the scene of the other manager.
 ///
 /// Under Report::kCapsules an update leaves two things to the first query that needs them: it
 /// compares the triangles of a mesh with those that the manager has read, and it reads the shape
@@ -81,13 +86,14 @@ struct LiveObjectPair {
 /// a step starts where it is first read. A `collide` with another manager sees the steps of both.
 ///
 /// During a step, end points and radii of capsules and spheres move linearly, also those of a
-/// capsule that turns. Any other object counts by its box, whose sides move linearly. If its shape
-/// does not turn, a capsule is tested against the shape itself, up to 2^-36 of the sizes and
-/// distance of the two. The points of an `fcl::BVHModel` move linearly, also those of a mesh that
-/// turns. If it has other triangles at the end than at the start, it rests where it is at the end.
-/// A managed object counts as it was read, even if it is the one that is passed to `collide` and
-/// has moved since. An object that is not managed, and one of a manager without a step, rests.
-/// `distance` answers for the end of the step. An update that fails leaves the start as it is, and
+/// capsule that turns. Any other object counts by its box, whose sides move linearly. If such an
+/// object does not turn, capsules are tested against its shape itself. That test may report a pair
+/// that stays apart by 2^-36 of the sizes and the distance of the two. The points of an
+/// `fcl::BVHModel` move linearly, also those of a mesh that turns. If it has other triangles at the
+/// end than at the start, it rests where it is at the end. In `collide`, unlike without motion, a
+/// managed object counts as it was read, even if it is passed to the call and has moved since. An
+/// object that is not managed, and one of a manager without a step, rests. `distance` answers for
+/// the end of the step. An update that fails leaves the start as it is, and
 /// the next one that succeeds lengthens the same step. clear() ends the step. Unregistering an
 /// object takes it out of the step. A clone has no step.
 ///
@@ -95,12 +101,13 @@ struct LiveObjectPair {
 /// instance in its callback, the manager refuses to register, unregister, update or clear. The
 /// program must not change an object or its geometry meanwhile, because the query may read it.
 ///
-/// **Pairs.** A query reports every pair once, and never an object with itself. The callback's
-/// first argument is the object registered first in a self-query, the managed object in a query
-/// with one object, and this manager's object in a query with another manager. A callback that
-/// returns true ends the query at once. The order of the pairs depends on the objects, their poses
-/// and the earlier calls, but never on addresses. It depends on the calls because objects
-/// registered after the tree was built are searched apart.
+/// **Pairs.** A query reports every pair once, and never an object with itself. Only in a query
+/// with another manager, two objects that are in both managers come twice, as (a, b) and (b, a).
+/// The callback's first argument is the object registered first in a self-query, the managed object
+/// in a query with one object, and this manager's object in a query with another manager. A
+/// callback that returns true ends the query at once. The order of the pairs depends on the
+/// objects, their poses and the earlier calls, but never on addresses. It depends on the calls
+/// because objects registered after the tree was built are searched apart.
 ///
 /// **Errors.** A call that cannot be answered throws `std::invalid_argument` and changes nothing.
 /// The text names the call, the object and the remedy. There is one exception: after an `update`
@@ -189,7 +196,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   void endStep();
   ///@}
 
-  /// Unregisters all objects. They may already have been destroyed.
+  /// Unregisters all objects. They may already have been destroyed. Throws std::invalid_argument
+  /// and changes nothing while a query runs.
   void clear() override;
 
   /// Replaces the content of `objects` by the managed objects, in the order of registration.

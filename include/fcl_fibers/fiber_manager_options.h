@@ -20,8 +20,9 @@ enum class Bounds {
   /// nothing. An outdated box still tells how much the program has enlarged it; its place is
   /// ignored. docs/contract.md has the whole rule.
   kShapesAndMargins,
-  /// Its `getAABB()` alone, even for capsules, as in FCL's managers. This is for a program that
-  /// makes boxes smaller. It has to call `computeAABB()` to keep them up to date.
+  /// Its `getAABB()` alone, even for capsules, as in FCL's managers. So Report::kCapsules tests no
+  /// capsule, triangle or shape then, and no solid counts. This is for a program that makes boxes
+  /// smaller. It has to call `computeAABB()` to keep them up to date.
   kObjects,
 };
 
@@ -29,11 +30,11 @@ enum class Bounds {
 ///
 ///     manager.registerObstacle(&head, ObstacleOptions{/*solid=*/true});
 struct ObstacleOptions {
-  /// Whether the inside of a mesh counts, under Report::kCapsules. If not, a capsule wholly inside
-  /// does not touch it. The mesh has to be watertight: each edge of a triangle is that of exactly
-  /// one other triangle, which runs through it in the opposite direction. The triangles are
-  /// counterclockwise seen from outside. Boxes, spheres, half-spaces and other shapes are solid in
-  /// any case.
+  /// Whether the inside of a mesh counts. This needs Report::kCapsules and bounds other than
+  /// Bounds::kObjects. If it does not count, a capsule wholly inside does not touch it. The mesh
+  /// has to be watertight: each edge of a triangle is that of exactly one other triangle, which
+  /// runs through it in the opposite direction. The triangles are counterclockwise seen from
+  /// outside. Boxes, spheres, half-spaces and other shapes are solid in any case.
   bool solid = false;
   /// Bits. A fiber and the obstacle meet only if each has a category that the other one meets:
   /// (fiber.categories & obstacle.meets) != 0 && (obstacle.categories & fiber.meets) != 0.
@@ -67,8 +68,9 @@ struct FiberObstacles {
 };
 
 /// Options of a fiber manager. The manager's constructor throws std::invalid_argument if one of
-/// them is out of its range. `collide` and `distance` both leave out neighbours along a fiber,
-/// which are segments of one registerFiber() call, and pairs of one group.
+/// them is out of its range or needs another one that is not given. `collide` and `distance` both
+/// leave out neighbours and pairs of one group. Neighbours are segments of fibers that were
+/// registered by registerFiber(): of one fiber, or of fibers that are joined.
 ///
 ///     FiberManagerOptions options;
 ///     options.ignored_neighbors = 1;  // adjacent segments always touch
@@ -83,17 +85,19 @@ struct FiberManagerOptions : FiberOptions {
 
   /// update() lists the pairs that touch or are at most this far from touching, in the scene's unit
   /// of length. Finite. If it is negative, the library chooses it. At 0, the default, there is no
-  /// list. The list is for a solver, in whose steps objects move little. With a list, update()
-  /// without arguments tests only the pairs that were near, and searches only where others may have
-  /// come near. Then a `collide` of the manager with itself searches only for objects that the list
-  /// cannot hold, which count by no capsule, sphere or box. After any other change, and up to the
-  /// next update() without arguments, `collide` searches without the list. With a list the same
-  /// pairs are reported, in another order.
+  /// list. A skin needs Report::kCapsules, layered boxes, and no motion.
   ///
-  /// FiberCollisionManager::begunPairs() and endedPairs() tell which pairs of the list began and
-  /// ended to touch. If objects were registered or unregistered, the next update() builds the tree,
-  /// which takes as long as several updates. This needs Report::kCapsules, layered boxes, and no
-  /// motion.
+  /// The list is for a solver, in whose steps objects move little. With a list, update() without
+  /// arguments tests only the pairs that were near, and searches only where others may have come
+  /// near. Until the next change, `collide` of the manager with itself hands on the listed pairs
+  /// that touch. It searches only for pairs of what the list cannot hold: meshes whose triangles
+  /// count, planes and half-spaces. After any other change, `collide` searches without the list
+  /// until the next update() without arguments. The pairs are the same as without a list, in
+  /// another order.
+  ///
+  /// FiberCollisionManager::begunPairs() and endedPairs() tell which pairs began and ended to
+  /// touch. If objects were registered or unregistered, the next update() builds the tree, which
+  /// takes as long as several updates.
   double skin = 0;
 };
 

@@ -28,12 +28,12 @@ enum class FiberEnds {
   kClosed,  ///< its last segment leads back to its first
 };
 
-/// A point where a fiber meets one that is registered, such as the first point of a branch of a
-/// neuron or a vessel. Neighbours count along the fibers that are joined so; see
-/// FiberOptions::ignored_neighbors. It does not matter which of the two segments at a point is
-/// named. The fibers stay joined until one of them has no object left. The places of the two points
-/// are not compared, as they are for FiberArrays::starts_at, because each object moves on its own
-/// and its pose and length round its ends.
+/// A point where a new fiber meets one that registerFiber() has registered before, or itself. An
+/// example is the first point of a branch of a neuron or a vessel. Neighbours also count across
+/// such a point; see FiberOptions::ignored_neighbors. You may name any of the segments that begin
+/// or end at the point. The fibers stay joined until one of them has no object left. The points of
+/// the two fibers may differ a little, unlike those of FiberArrays::starts_at, because each object
+/// moves on its own, and its ends are rounded.
 ///
 ///     manager.registerFiber(trunk);
 ///     manager.registerFiber(branch, FiberEnds::kOpen, {}, {}, {{0, trunk[7]}});

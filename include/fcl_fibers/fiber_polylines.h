@@ -89,7 +89,8 @@ struct FiberPolylines {
   }
 
   /// Returns the radius of the segment that starts at a point, or the larger one of its two ends if
-  /// they differ. The last point of a fiber starts none.
+  /// they differ.
+  /// @pre the point is not the last one of its fiber, which starts no segment
   double radiusAt(std::size_t point) const {
     if (hasRadiiOfPoints()) return std::max(radii[point], radii[point + 1]);
     return radii.empty() ? radius : radii[point];

@@ -79,8 +79,9 @@ struct FiberArrays;
 
 /// @name Questions
 /// What FiberTree::visit() and find() can be asked. A question is asked about the segments of the
-/// tree and a partner. The static functions found() of a question are declared, but never defined.
-/// Each takes a partner that the question may have, and returns what is found of that partner:
+/// tree and a partner. Its static functions found() tell the compiler which partners it may have
+/// and what is found of each; see FoundBy. Do not call them, because they have no definition.
+/// closest() and safeStep() are functions of FiberTree. This is what is found of each partner:
 ///
 /// |                    | FiberTree     | TriangleMesh   | MeshStep     | Shape          |
 /// | ------------------ | ------------- | -------------- | ------------ | -------------- |
@@ -126,10 +127,10 @@ struct TouchingSegments {
 
 /// Each segment that is at most `distance` from the partner, and the segment or triangle of the
 /// partner that is nearest to it. The distance is that of the surfaces, so if several overlap the
-/// segment, the deepest one is nearest. The margin does not count. A negative distance and NaN are
-/// refused.
+/// segment, the deepest one is nearest. The margin does not count. A query throws
+/// std::invalid_argument if `distance` is negative or NaN.
 struct Nearest {
-  double distance;  ///< not negative; may be infinite
+  double distance;  ///< in the unit of the fibers; not negative; may be infinite
   /// a is a segment of this tree, and b is the nearest segment of the other one. If rounding leaves
   /// open which of several is the nearest, b is the one with the least name. If the tree itself is
   /// the partner, neighbours and segments of one group are left out, and b may be less than a.
@@ -158,15 +159,17 @@ struct Impacts {
   static ShapeImpact found(const Shape&);
 };
 
-/// Pairs that may touch during the step: the boxes of both overlap at one common time, if each side
-/// moves linearly. A program with a test of its own takes these.
+/// Pairs that may touch during the step: the boxes around both overlap at one common time, if each
+/// side of a box moves linearly. The boxes include the margin. Pairs that Pairs leaves out are left
+/// out here. This is for a program that has a test of its own.
 struct MovingPairs {
   static SegmentPair found(const FiberTree&);  ///< the pair
 };
 
-/// The contacts of all Pairs, in their order. Threads share the work. Arrays that are not
-/// those of the last build or update of their tree are refused if that shows. Where a Contact is
-/// found, find() also fills a vector of BareContact, which takes less than half of the memory.
+/// The contacts of all Pairs, in their order. Threads share the work. Pass the arrays of the last
+/// build or update of each tree. Arrays whose fibers have other numbers of points are refused.
+/// Moved points are not noticed, and give wrong contacts. Where a Contact is found, find() also
+/// fills a vector of BareContact, which takes less than half of the memory.
 template <typename S>
 struct Contacts {
   FiberArrays<S> fibers;                          ///< of the tree

@@ -12,9 +12,9 @@ template <typename S>
 struct ObjectImpact : TimedContact {
   fcl::CollisionObject<S>* object_a = nullptr;  ///< the callback's first argument
   fcl::CollisionObject<S>* object_b = nullptr;  ///< the second argument
-  /// Whether the time is known. If not, only the objects and places are set. That happens if the
-  /// query was with a manager that the collector does not know, or if b has moved since the query,
-  /// and where rounding decides whether the two touch.
+  /// Whether the time is known. If not, only the two objects and their numbers `a` and `b` are set.
+  /// That happens if the query was with a manager that the collector does not know, if b has moved
+  /// since the query, or where rounding decides whether the two touch.
   bool has_time = false;
 };
 

@@ -45,7 +45,8 @@ class FCL_FIBERS_EXPORT LayeredAABBTreeCollisionManager : public FiberCollisionM
   ///
   /// The tree is copied, so the first query or setup() of the clone costs about as much as an
   /// update(). Queries of the original may run during the call. Throws std::invalid_argument if
-  /// there are too few or too many objects, or if one is null, repeated or cannot be read.
+  /// there are too few or too many objects, if one is null, repeated or cannot be read, if a
+  /// segment is replaced by another shape than those above, or if a mesh that is to be solid leaks.
   std::unique_ptr<LayeredAABBTreeCollisionManager> clone(const std::vector<Object*>& objects) const;
 
  private:

@@ -19,10 +19,12 @@ namespace fcl_fibers {
 /// Options of LivePairs.
 struct LivePairsOptions {
   /// Pairs are listed if they touch or are at most this far from touching, in the unit of the
-  /// fibers. Finite. If it is negative, the library chooses the skin. At 0 there is no list, and
-  /// each update searches. A wide skin serves for many steps, but each step tests more pairs. The
-  /// library chooses by how fast segments part and by what lists have cost, in counts of work. So
-  /// the choice depends only on the calls and arrays, not on time or threads. It may be 0.
+  /// fibers. Finite. If it is 0, there is no list, and each update searches. If it is negative, the
+  /// library chooses a skin anew for each search, and may choose 0.
+  ///
+  /// A wide skin serves for many steps, but each step tests more pairs. The library chooses by how
+  /// fast near segments come nearer to each other, and by what lists have cost in counts of work.
+  /// So the choice depends only on the calls and arrays, not on time or threads.
   double skin = -1;
 };
 
@@ -37,10 +39,10 @@ struct LivePair {
 struct LivePairsCounters {
   std::int64_t updates = 0;          ///< calls of update() that have not thrown
   std::int64_t listings = 0;         ///< searches for all pairs, or for all within the skin
-  std::int64_t uncovered_pairs = 0;  ///< tested though the last search had not listed them
-  std::int64_t tested_pairs = 0;     ///< pairs that were tested, of all lists
-  std::int64_t touching_pairs = 0;   ///< those of them that touched; the others were in vain
-  std::int64_t longest_life = 0;     ///< the most updates that one listing of all pairs has served
+  std::int64_t uncovered_pairs = 0;  ///< tests of pairs that were not on the list
+  std::int64_t tested_pairs = 0;     ///< tests of listed pairs, added up over all updates
+  std::int64_t touching_pairs = 0;   ///< those of these tests that found a touch
+  std::int64_t longest_life = 0;     ///< the most updates that one list has served after its search
 };
 
 /// Keeps the pairs that touch while fibers move little from step to step, as they do in the steps
@@ -143,15 +145,17 @@ class LivePairs {
     tree().writeContacts(question, partner(), pairs.data(), pairs.size(), contacts.data());
   }
 
-  /// Writes for each point how far it may move, in the unit of the fibers. If no point moves
-  /// further than its own distance, no two segments touch afterwards that do not touch now. The
-  /// distance is the lesser of half the gap and half of what is left of the skin. The gap is to the
-  /// nearest segment that the point's segments are not to touch, rounded down by up to a
-  /// thirty-second. The second limit is at least about a quarter of the skin if distances are asked
-  /// for after each update, and if not very many pairs are near. Points of a pair that touches get
-  /// 0. If `skips_touching` is true, such pairs do not count, for a program that parts them. Points
-  /// of no segment get infinity. The margin counts. Neighbours and groups that are left out of the
-  /// pairs do not count.
+  /// Replaces the content of `distances` by one number for each point of the tree: how far the
+  /// point may move, in the unit of the fibers. If no point moves further than its own number, no
+  /// two segments touch afterwards that do not touch now. The number is the lesser of two:
+  /// * half the gap, beyond the margin, to the nearest segment that the point's segments are not to
+  ///   touch, rounded down by up to a thirty-second;
+  /// * half of what is left of the skin. This is at least about a quarter of the skin if distances
+  ///   are asked for after each update, and if not very many pairs are near.
+  ///
+  /// Points of a pair that touches get 0. If `skips_touching` is true, such pairs do not count, for
+  /// a program that parts them. Points of no segment get infinity. Neighbours and segments of one
+  /// group never count as a pair, so they put no limit on each other.
   ///
   /// If the partner is another tree, its points may move at the same time, by up to their own
   /// distances. Only the second form writes these.

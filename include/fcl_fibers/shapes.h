@@ -8,8 +8,9 @@
 
 namespace fcl_fibers {
 
-// Shapes as plain numbers, in any frame and unit of length. No number may be NaN or have a
-// magnitude above 2^1000.
+// Shapes as plain numbers, without FCL. A shape is in the frame and unit of the fibers that it is
+// asked about. A call that takes a shape throws std::invalid_argument if a number of it is NaN or
+// has a magnitude above 2^1000, or is not as its comment requires.
 
 /// A capsule: all points within `radius` of the line from `start` to `end`, which may be one point.
 struct CapsuleShape {
@@ -29,13 +30,13 @@ struct SphereShape {
 struct BoxShape {
   std::array<double, 3> low;   ///< x, y, z of the low corner
   std::array<double, 3> high;  ///< x, y, z of the high corner
-  MeshPose pose = {};          ///< its rotation is refused where TriangleMesh::setPose() does
+  MeshPose pose = {};          ///< its rotation is as TriangleMesh::setPose() requires
 };
 
 /// All points p with normal . p <= offset, such as the ground below a floor.
 struct HalfSpaceShape {
   std::array<double, 3> normal;  ///< x, y, z; it points out, and is of any length but 0
-  double offset;                 ///< if the normal has length 1, the height of the surface along it
+  double offset;                 ///< the surface is offset / |normal| from the origin along it
 };
 
 /// All points p with normal . p = offset: a thin sheet without an end, which has two sides.

@@ -25,8 +25,8 @@ struct MeshArrays {
   /// point_count - 1. A triangle may be a needle or a point.
   const std::int32_t* triangles = nullptr;
   std::size_t triangle_count = 0;   ///< at most 2^27
-  std::ptrdiff_t point_stride = 0;  ///< see FiberArrays::point_stride
-  std::ptrdiff_t axis_stride = 0;   ///< see FiberArrays::axis_stride
+  std::ptrdiff_t point_stride = 0;  ///< bytes between points, 0 if packed; as in FiberArrays
+  std::ptrdiff_t axis_stride = 0;   ///< bytes from x to y, 0 if packed; as in FiberArrays
 };
 
 /// Where a mesh is: a point p of the mesh is at rotation * p + position in the frame of the fibers.
@@ -57,9 +57,10 @@ class FCL_FIBERS_TREE_EXPORT TriangleMesh {
 
   /// Reads the arrays and builds the tree. A mesh without triangles touches nothing.
   ///
-  /// Throws std::invalid_argument, whose text names the point or triangle, if an array is null, if
-  /// a number in it is NaN or out of range, or if a solid mesh is not watertight. It is watertight
-  /// if each edge of a triangle is that of exactly one other triangle, which runs through it in the
+  /// Throws std::invalid_argument if an array of a count above 0 is null, if a count or a number is
+  /// out of range, or if a solid mesh is not watertight. If a point is NaN, or a triangle names a
+  /// point that is not there or has an open edge, the text tells which. A mesh is watertight if
+  /// each edge of a triangle is that of exactly one other triangle, which runs through it in the
   /// opposite direction. Seen from outside, the points of its triangles are counterclockwise. A
   /// solid whose volume is negative is refused; of several bodies, the sum of the volumes counts.
   ///@{

@@ -24,7 +24,8 @@ class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisio
  public:
   using typename FiberCollisionManager<S>::Object;
 
-  /// Makes an empty manager. Throws std::invalid_argument if an option is out of range, and
+  /// Makes an empty manager. Throws std::invalid_argument if an option is out of range, or if
+  /// FiberManagerOptions::motion or skin is set, which spheres do not have. Throws
   /// std::runtime_error if FCL's objects have another layout than the library was compiled for.
   explicit WrappedSphereTreeCollisionManager(const FiberManagerOptions& options = {});
 

@@ -51,8 +51,8 @@ class ById {
   }
   const Entry* get(SegmentId id) const { return const_cast<ById*>(this)->get(id); }
 
-  /// Makes room for more entries, so that adding them cannot throw. After many there is room for as
-  /// many single ones as may come before compact(), so that none of them moves all.
+  /// Makes room for more entries, so that adding them cannot throw. It makes more room than that,
+  /// so that entries that come one by one do not each move all entries before them.
   void reserve(std::size_t more) {
     if (size() + more <= ids_.capacity()) return;
     const std::size_t capacity = std::max(size() + more + more / 8, 2 * ids_.capacity());
@@ -234,8 +234,8 @@ class Obstacles {
   // These throw RefusedObject with the id.
 
   /// @param all          whether those that have been read before are read, too
-  /// @param young_begin  the first id of which the box in the tree was read anew, even if not all
-  ///                     are
+  /// @param young_begin  from this id on, the boxes in the tree have been read anew; so the shapes
+  ///        in them are read too, even if `all` is false
   void read(const geometry::Frame& frame, bool all, SegmentId young_begin);
   /// Reads those of these objects that have been read before.
   void readSome(const std::vector<SegmentId>& ids, const geometry::Frame& frame);

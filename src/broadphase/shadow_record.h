@@ -109,7 +109,8 @@ struct BoundsOnly final : fcl::CollisionGeometry<S> {
   void computeLocalAABB() override {}
 };
 
-/// Calls f(name, a shape, the pointers to the sizes of such a shape) for each kind of a few sizes.
+/// Calls f(name, like, sizesOf) for each kind of shape that a few numbers describe. `like` is a
+/// shape of that kind, and sizesOf(shape) returns pointers to the numbers of such a shape.
 template <typename S, class F>
 void visitKinds(F f) {
   const auto one = [](auto& s) { return std::vector<S*>{&s.radius}; };
@@ -136,7 +137,9 @@ void visitBounds(Shape& shape, Visit visit) {
   visit(shape.aabb_radius);
 }
 
-/// Makes a shape of points and triangles, in whose line a count of points is in front of them.
+/// Makes a convex shape or a mesh. Behind the bounds, its line has the number of points, then x, y,
+/// z of each point, then three indices for each triangle. Throws std::invalid_argument if the
+/// numbers are not of this form.
 template <typename S>
 std::shared_ptr<fcl::CollisionGeometry<S>> makePoints(const RecordLine& line) {
   const std::vector<double>& n = line.numbers;
@@ -172,7 +175,7 @@ std::shared_ptr<fcl::CollisionGeometry<S>> makePoints(const RecordLine& line) {
   return mesh;
 }
 
-/// The line of a shape, whose number is 0.
+/// Returns the line of a shape, with 0 in place of its number, which the caller knows.
 template <typename S>
 RecordLine readShape(const fcl::CollisionGeometry<S>* shape) {
   static const BoundsOnly<S> none;

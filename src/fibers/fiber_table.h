@@ -51,11 +51,11 @@ class FiberTable {
     bool is_rigid = false;  ///< whether an obstacle's points stay the same
   };
 
-  /// What some of several fibers have.
+  /// What at least one of several fibers has, so that reserve() knows which arrays need room.
   struct Kinds {
     bool are_closed = false;           ///< some are closed
     bool have_groups = false;          ///< some have a group
-    bool have_obstacle_rules = false;  ///< some may not meet
+    bool have_obstacle_rules = false;  ///< some have categories or roots of their own
     bool are_obstacles = false;        ///< some are obstacles
     std::size_t joints = 0;            ///< how many times they will be joined
 
@@ -97,13 +97,14 @@ class FiberTable {
     joints_.emplace_back(p, q);
     joined_.reset();
   }
-  /// Has settleJoints() leave out the joints of an id's fiber, if that has no segment left.
+  /// Call this after a segment was removed. If its fiber has no segment left, the next
+  /// settleJoints() leaves out the joints of that fiber.
   template <class IsThere>
   void unsettleJoints(SegmentId id, const IsThere& is_there) {
     if (!hasJoints()) return;
     const std::size_t fiber = fiberOf(id);
     const SegmentId end = fiberEnd(fiber);
-    // Of a fiber that goes in its order, the next one is left mostly.
+    // If a fiber's segments are removed in their order, the next one is mostly still there.
     if (id + 1 < end && is_there(id + 1, id + 2)) return;
     if (!is_there(begin_[fiber], end)) joined_.reset();
   }
@@ -123,6 +124,7 @@ class FiberTable {
 
   /// Drops the fibers for which keep(begin, end) is false, and calls move(old_id, new_id) for the
   /// ids of the others, in order. Numbers of fibers do not change.
+  /// @pre !hasGaps()
   template <class Keep, class Move>
   void drop(Keep&& keep, Move&& move);
 
@@ -304,8 +306,9 @@ class FiberTable {
   std::vector<std::uint8_t> flags_;           ///< by fiber; empty while none matters
   std::vector<Group> groups_;                 ///< by fiber; empty unless some fiber has one
   std::vector<ObstacleRule> obstacle_rules_;  ///< by fiber; empty if all may meet
-  parallel::UnwrittenVector<double>
-      arc_end_;  ///< by id, see areNeighbors(); empty unless arc lengths matter
+  /// By id: the length of the fiber from its start to the end of the segment. Empty unless arc
+  /// lengths matter.
+  parallel::UnwrittenVector<double> arc_end_;
   bool has_closed_ = false;
   std::vector<Joint> joints_;
   mutable std::shared_ptr<const JointGraph>

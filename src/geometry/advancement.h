@@ -13,13 +13,13 @@
 
 namespace fcl_fibers::geometry {
 
-/// The axis of a capsule or rounded cone and the hull of K corners at one time. Each end of the
-/// axis has a radius, and each of two corners.
+/// The axis of a capsule or rounded cone, and the hull of K corners, at one time. Each end of the
+/// axis has a radius. If K is 2, the hull is an axis too, and each corner has a radius.
 template <int K>
 struct Instant {
   Vec3d axis[2], corner[K];
   double radii;             ///< the sum of the radii of the first end and the first corner
-  double reach;             ///< how near these two have to be
+  double reach;             ///< the distance at which these two are in reach: radii and margin
   double taper = 0;         ///< by how much both grow from the first end of the axis to the second
   double corner_taper = 0;  ///< and from the first of two corners to the second
 };
@@ -96,7 +96,7 @@ inline Vec3d rounded(const Vec3<DoubleDouble>& p) {
   return {double(p.x), double(p.y), double(p.z)};
 }
 
-/// With what its radius is more than that of its first end.
+/// The axis as a cone. Its radii are what the reach grows by from the first end on.
 template <int K>
 Segment coneOf(const Pose<K>& pose) {
   return Segment::cone(pose.w, pose.w + pose.u, 0, pose.taper);
@@ -131,7 +131,8 @@ Closest<3> closestOf(const Pose<3>& pose) {
 /// is far more than double needs to find a direction that parts the two.
 constexpr double toleranceFor(double size) { return 0x1p-36 * size; }
 
-/// The first time at which a + b x + c x^2 is 0, if a is positive; infinity if there is none.
+/// The first time x, not negative, at which a + b x + c x^2 falls to 0. It is 0 if a is not
+/// positive, and infinity if there is no such time.
 inline double firstRoot(double a, double b, double c) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   if (!(a > 0)) return 0;
@@ -143,13 +144,15 @@ inline double firstRoot(double a, double b, double c) {
   return b < 0 ? 2 * a / (root - b) : (b + root) / (-2 * c);
 }
 
-/// Conservative advancement of a pair whose size neither overflows nor vanishes. At one time after
-/// the other it takes a direction along which the two are apart. Along a direction that is fixed,
-/// or turns as a polynomial of time, so are the gaps between each end of the axis and each corner.
-/// The distance is at least the least of them, so the two are out of reach until one falls to it.
-/// That holds as well if each end has a reach of its own.
-/// That converges quadratically where the two meet at an angle. Where they graze, directions that
-/// turn with the shapes last longer.
+/// Conservative advancement of a pair whose size neither overflows nor vanishes. It goes from one
+/// time to a later one. At each time it takes a direction along which the two are apart. The gaps
+/// along this direction, between each end of the axis and each corner, are polynomials of time,
+/// because the direction is fixed or is itself a polynomial of time. The distance of the two is at
+/// least the least gap. So they are out of reach until the first of the gaps falls to the reach,
+/// and that is the next time. The same holds if each end has a reach of its own.
+///
+/// The times converge quadratically where the two meet at an angle. Where they graze, a direction
+/// that turns with the shapes serves longer.
 template <int K>
 class Advancement {
  public:
@@ -162,8 +165,8 @@ class Advancement {
         is_tapered_(start_.isTapered() || Pose<K>(end).isTapered()),
         tolerance_(toleranceFor(sizeOf(start, end))) {}
 
-  /// From now on the two are in reach only if they are nearer than at the start, if they are in
-  /// reach there.
+  /// If the two are in reach at the start, find() looks from now on for the first time at which
+  /// they are nearer than there, by twice the tolerance. Otherwise this changes nothing.
   void requireApproach() {
     const Closest<K> closest = closestOf<double>(start_);
     const double distance = norm(closest.apart) - closest.grownIn(start_);
@@ -337,7 +340,7 @@ class Advancement {
     return d;
   }
 
-  /// Of the point of the axis against that of the hull.
+  /// The velocity of the closest point of the axis relative to that of the hull.
   Vec3d velocityOf(const Closest<K>& closest) const {
     Vec3d v = rate_.w + closest.s * rate_.u;
     for (int k = 1; k < K; ++k) v = v - closest.weight[k] * rate_.v[k - 1];

@@ -66,7 +66,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   SegmentId begin() const { return begin_; }
   SegmentId end() const { return end_; }
 
-  /// In the unit of frame(), as are all lengths below.
+  /// In the unit of frame(), as are all lengths below that name no other unit.
   double margin() const { return options_.margin * frame().scale; }
 
   /// Copies the other index, except for its options, threads, step and the memory of
@@ -101,8 +101,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// @pre keepsSegments()
   bool reread(const SegmentSource& source);
 
-  /// Fits the volumes for a search for what is further apart than the margin allows, by this length
-  /// in the world's unit. See Question::beyond.
+  /// Fits the volumes for a search that also finds pairs beyond the margin.
+  /// @param beyond  how far beyond it, in the world's unit; see Question::beyond
   /// @pre no search runs
   void fitBeyond(double beyond);
 
@@ -117,7 +117,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// Moves the pairs within this index that pass that test to the front in their order, and returns
   /// their number.
   std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const;
-  /// The same for a search for what touches a mesh in frame().
+  /// Calls visit(filter) as withTouchTest() above does, with the test of segments against the
+  /// triangles of a mesh in frame().
   /// @param margin  of the search and the mesh together, in the world's unit
   template <class F>
   void withTouchTest(const PosedTriangles& triangles, double margin, F&& visit) const {
@@ -217,12 +218,15 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   tree::Visit search(const PosedMesh& mesh, double margin, PairSink& sink,
                      const Question& question = {}) const;
   /// Hands on segments and triangles that may be nearer than the limit. What is inside a solid mesh
-  /// comes before, with -1. There is no margin but the mesh's own.
+  /// comes before, with -1.
+  /// @param margin  has no effect, and is there because Generations calls both searches alike; only
+  ///        the mesh's own margin counts
   tree::Visit search(const PosedMesh& mesh, double margin, NearestSink& sink) const;
 
   /// Finds the pairs of this index with an obstacle in frame() that rests. In each pair b is 0.
-  /// Volumes without segments count if they overlap that of a capsule, or of the box around a box,
-  /// or if they reach a plane or half-space.
+  /// If the index keeps no segments, only their volumes count. A volume counts if it overlaps that
+  /// of a capsule, or of the box along the axes around a turned box, or if it reaches a plane or
+  /// half-space.
   tree::Visit search(const geometry::Obstacle& obstacle, PairSink& sink,
                      const Question& question = {}) const;
 
@@ -240,6 +244,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   /// Finds each segment that is at most `distance` from the mesh, and its nearest triangle, in the
   /// order of the tree.
+  /// @param distance  of the surfaces, in the world's unit
   /// @pre keepsSegments()
   tree::Visit findNearest(const PosedMesh& mesh, double distance, PairSink& sink) const;
 

@@ -21,8 +21,8 @@ namespace fcl_fibers::io::vtp {
 
 constexpr std::string_view kBlank = " \t\r\n";
 
-// Arrays of this library: by line, points of which lines are repeated, and by point, see
-// FiberPolylines::samples.
+// Names of arrays that exportFibers() writes. The first two have a number for each line, and the
+// other two one for each point; see the members of FiberPolylines.
 constexpr const char *kStartsAt = "starts_at", *kEndsAt = "ends_at";
 constexpr const char *kSample = "swc_sample", *kType = "swc_type";
 
@@ -100,8 +100,9 @@ class EncodedBytes {
   std::string decoded_;  ///< holds at most two bytes that were not taken
 };
 
-/// The elements of a file, and the numbers of its arrays, as text or bytes, inside the XML or
-/// appended.
+/// The elements of a file, and the numbers of its arrays, which are text or bytes inside the XML,
+/// or bytes behind it. The constructor and functions that read throw std::runtime_error, with the
+/// file's name and the byte, if the file is malformed or of a kind that is not supported.
 class VtpFile {
  public:
   explicit VtpFile(const ByteReader& file) : file_(file) {

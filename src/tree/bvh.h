@@ -74,9 +74,10 @@ class Bvh {
   // leaves. Its nodes are contiguous and so small together that they stay in a cache while its
   // leaves are read, in the tree's order.
   //
-  // read(ids, count, ahead, block) reads the segments ids[0], ..., ids[count - 1] and returns a bit
-  // for each that is present; it soon reads the `ahead` ids after them. fitChunk() leaves segments
-  // that are not present out of all boxes; elsewhere they keep their volumes.
+  // read(ids, count, ahead, block) reads the segments ids[0], ..., ids[count - 1] into `block` and
+  // returns a bit for each that is present. The `ahead` ids behind them will be read soon, so it
+  // may prefetch those. If a segment is not present, fitChunk() of boxes leaves it out of all
+  // boxes. In a tree of spheres, and in all other calls, it keeps the volume that it had.
 
   static constexpr std::int32_t kChunk = geometry::BoxRows::kCapacity;
 
@@ -137,9 +138,11 @@ class Bvh {
     }
     return hierarchy_.placeLeaves(nodes_, slots.data(), segments, count, padding_);
   }
+  /// Fits the nodes of a chunk, whose leaves placeLeaves() has fitted.
   void fitChunkAbove(std::size_t chunk) {
     hierarchy_.fitChunkAbove(nodes_, chunks_[chunk].begin, chunks_[chunk].end);
   }
+  /// Fits the nodes above the chunks, after fitChunkAbove() of each chunk.
   void fitAboveChunks(parallel::Executor* executor) {
     forAboveChunks(executor, /*changed=*/true, [&](std::int32_t i, bool changed) {
       hierarchy_.fitNode(nodes_, static_cast<std::size_t>(i));
@@ -147,6 +150,8 @@ class Bvh {
     });
   }
 
+  /// Fits the nodes above the chunks after fitChunk() of each chunk, with those leaves that are
+  /// their children. It does nothing where nothing has changed below.
   template <class Read>
   void fitAboveChunks(bool chunks_changed, Read&& read, parallel::Executor* executor = nullptr) {
     forAboveChunks(executor, chunks_changed, [&](std::int32_t i, bool changed) {
@@ -338,9 +343,9 @@ class Bvh {
     return levels;
   }
 
-  /// Calls visit(node, changed) for the nodes above chunks, children before parents. It returns
-  /// whether anything has changed now.
-  /// @param changed  whether anything has changed before
+  /// Calls visit(node, changed) for the nodes above chunks, children before parents. `visit` gets
+  /// whether anything below has changed, and returns whether anything has changed now.
+  /// @param changed  whether anything in the chunks has changed
   template <class F>
   void forAboveChunks(parallel::Executor* executor, bool changed, F&& visit) {
     constexpr std::size_t kMostTasks = 256;

@@ -26,8 +26,16 @@ namespace fcl_fibers::tree::HWY_NAMESPACE {
 //   Visit leaf(SegmentId a)                    for visitLeaves
 //
 // If a query of pairs sets kNearestFirst, pairs of the children of two nodes are visited in the
-// order of their distances. If it sets kSplits, it gets the pairs below two links as one task, to
-// be visited later or elsewhere, whenever isTask() is true of them:
+// order of their distances. Such a query also has:
+//
+//   template <int kMost> Places      room for at most so many pairs of children
+//   void addNearer(pack, frame, volume, lanes, first, places)
+//     adds the places first + lane of those of the lanes that may be nearer than the limit
+//   Visit visitNearestFirst(places, frame, visit)
+//     calls visit(place), the nearest one first, as long as they are nearer than the limit
+//
+// If a query sets kSplits, it gets the pairs below two links as one task, to be visited later or
+// elsewhere, whenever isTask() is true of them:
 //
 //   bool isTask(std::int32_t a_leaves, std::int32_t b_leaves)   the numbers of leaves below
 //   Visit addTask(const TraversalTask&)

@@ -55,7 +55,8 @@ inline double segmentDistance(const fcl::Vector3d& p0, const fcl::Vector3d& p1,
   return std::sqrt(d2);
 }
 
-/// A lower bound of the distance: the widest gap along an axis.
+/// A lower bound of the distance of the axes of two capsules: the widest gap between them along x,
+/// y or z. It is negative if the boxes around the axes overlap. Radii do not count.
 inline double axisGap(const Capsule& a, const Capsule& b) {
   const Eigen::Array3d least = a.from.cwiseMin(a.to).array().max(b.from.cwiseMin(b.to).array());
   const Eigen::Array3d greatest = a.from.cwiseMax(a.to).array().min(b.from.cwiseMax(b.to).array());

@@ -49,10 +49,11 @@ template <typename S>
 using MakeManager = std::function<std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>(
     const std::vector<fcl::CollisionObject<S>*>& objects)>;
 
-/// Adds a manager for float or double, with the name of its rows. Before it registers objects, and
-/// before each update(), their boxes are made as asked for, which counts in the time of an update.
-/// The manager lives through all updates of a run. Throws std::invalid_argument if the name is
-/// empty or taken.
+/// Adds a manager for float or double to those that run() checks and times. `name` stands in its
+/// rows of the table. run() makes the boxes of the objects as `boxes` tells before it registers
+/// them, and before each update(), whose time includes that. `reported` tells by which rule its
+/// pairs are checked. The manager lives through all updates of a run. Throws std::invalid_argument
+/// if the name is empty or taken.
 template <typename S>
 FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string& name, MakeManager<S> make,
                                                  Boxes boxes = Boxes::kStock,
@@ -92,8 +93,8 @@ FCL_FIBERS_BENCHMARK_EXPORT void registerPeers();
 /// scene and manager there are the entries SCENE/MANAGER/construction, update, detection, and
 /// touching: detection with the exact test of two capsules in the callback. The command line may
 /// name scenes, as namedScene() takes them; otherwise the given ones are used.
-/// @return 0; or 1 if the command line is wrong, or a manager other than FCL's is, with the reason
-/// on stderr
+/// @return 0; or 1, with the reason on stderr, if the command line is wrong, if no manager was
+/// registered, or if a manager other than FCL's is wrong
 FCL_FIBERS_BENCHMARK_EXPORT int run(int argc, char** argv,
                                     const std::vector<std::string>& scenes = {
                                         "paper-static:fibers=200"});

@@ -29,7 +29,7 @@ namespace fcl_fibers::io {
 /// which are indices of points or -1, if the scene has them. Points carry FiberPolylines::samples
 /// and `types` as `swc_sample` and `swc_type`. readFibers() restores all of these bit for bit. If
 /// the radius of all fibers is 0, the file holds no `radius`, because 0 stands for an unknown
-/// radius.
+/// radius. Groups are not written. A closed fiber is told only by its repeated last point.
 FCL_FIBERS_IO_EXPORT void exportFibers(const std::string& path, const FiberPolylines& scene);
 
 /// Writes one line per segment, with `fiber`, `number`, which is the one along the fiber, and
@@ -41,6 +41,7 @@ FCL_FIBERS_IO_EXPORT void exportSegments(const std::string& path, const FiberPol
 
 /// Writes one point per contact, midway between point_a and point_b, with the numbers `fiber_a`,
 /// `number_a`, `s`, `fiber_b`, `number_b`, `t`, `distance`, `normal_x`, `normal_y` and `normal_z`.
+/// A fiber or number that is kNoFiber is written as -1.
 FCL_FIBERS_IO_EXPORT void exportContacts(const std::string& path,
                                          const std::vector<Contact>& contacts);
 

@@ -176,8 +176,8 @@ FCL_FIBERS_IO_EXPORT std::optional<FiberFormat> recognizeFormat(std::string_view
 
 /// Writes Cem Yuksel's .hair. Coordinates are rounded to floats. The thickness is twice the radius;
 /// it is written by point if the scene has `radii`. The format has no radii of segments: a point
-/// then gets the larger one of its two segments. It has no branches, samples and types. A closed
-/// fiber is recognizable only by its repeated last point.
+/// then gets the larger one of its two segments. The format has no branches, groups, samples or
+/// types. A closed fiber is recognizable only by its repeated last point.
 ///
 /// Throws std::invalid_argument, before it opens the file, if the scene is empty, not as
 /// FiberPolylines requires, or too large for the format. The format has coordinates and thickness

@@ -25,13 +25,13 @@ namespace fcl_fibers::io {
 /// Throws std::invalid_argument if one of them is negative, NaN or infinite.
 FCL_FIBERS_IO_EXPORT double chordError(double curvature, double length);
 
-/// Returns the least number of segments of equal length along the curve whose chord error is at
-/// most `tolerance`.
+/// Returns the least number, 1 or more, of segments of equal length along the curve whose chord
+/// error is at most `tolerance`.
 /// @param curvature  the largest curvature of the curve
 /// @param length     the length of the whole curve
-/// @param tolerance  the allowed chord error
-/// Throws std::invalid_argument as chordError() does, if the tolerance is not above 0, or if the
-/// curve would need more than 2^27 segments.
+/// @param tolerance  the allowed chord error, in the unit of the length
+/// Throws std::invalid_argument as chordError() does, if the tolerance is not finite and above 0,
+/// or if the curve would need more than 2^27 segments.
 FCL_FIBERS_IO_EXPORT int segmentsForChordError(double curvature, double length, double tolerance);
 
 /// Returns the largest curvature of the fibers, which is that of the circle through three
