@@ -77,7 +77,7 @@ def least_of(scenes, row):
 
 IN_README = {
     ratios.TOUCHING_TEST: "FCL's fastest tree, closed-form test of capsules",
-    ratios.TOUCHING_TIGHT: "FCL's fastest tree, `fcl::collide` on a sample",
+    ratios.TOUCHING_TIGHT: "FCL's fastest tree, `fcl::collide`, timed on a sample",
     ratios.COAL_TEST: "coal's fastest tree, closed-form test",
     ratios.EMBREE_TEST: "Embree's fastest tree, in both orders, closed-form test",
     ratios.GRID_TEST: "a uniform grid, closed-form test",
