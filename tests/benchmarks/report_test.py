@@ -231,7 +231,7 @@ class ReportTest(unittest.TestCase):
         text = self.made("full")
         name = "arm of hulls among 30, "
         self.assertEqual(
-            self.row(text, name + "update alone")[1:4], ["3.00 us", "1.00 us", "1.50 us"]
+            self.row(text, name + "update alone")[:3], ["3.00 us", "1.00 us", "1.50 us"]
         )
         found = [cells for cells in map(str.split, text.splitlines()) if "hit" in cells]
         self.assertTrue(any({"24.0", "8.00", "12.0"} <= set(cells) for cells in found))
