@@ -17,7 +17,10 @@ TESTS = Path(__file__).resolve().parent
 DOCS = TESTS.parent / "docs"
 PAGES = {
     name: (DOCS / name).read_text(encoding="utf-8")
-    for name in ("architecture.md", "contract.md", "crossings.md", "numerics.md", "../tests/README.md")
+    for name in (
+        *("architecture.md", "contract.md", "crossings.md", "numerics.md"),
+        "../tests/README.md",
+    )
 }
 CODE = {
     suffix: "\n".join(path.read_text(encoding="utf-8") for path in TESTS.rglob(f"*{suffix}"))

@@ -15,8 +15,9 @@ SET_UP_TITLES = ["set-up, boxes written before", "set-up with boxes"]
 READ_RATIOS = ratios.READ + (
     " On one thread unless the row says otherwise. Each row is against the configuration with the "
     "least median of what the row measures. Cells of update and set-up name FCL's or coal's boxes, "
-    "tight or stock. All updates write or read their boxes inside, and so do all set-ups except the "
-    "one whose row tells that FCL's boxes were written before. Touching pairs are an update and a query: ours with Report::kCapsules, the others' "
+    "tight or stock. All updates write or read their boxes inside, and so do all set-ups except "
+    "the one whose row tells that FCL's boxes were written before. Touching pairs are an update "
+    "and a query: ours with Report::kCapsules, the others' "
     "with a closed-form test of two capsules in the callback, or with their own collide()."
 )
 # Below a row of whom it may mislead.
@@ -225,9 +226,9 @@ def scene_table(scene):
     caption = (
         "Times are medians, that of a frame with its 95 % interval. 'And test' is a "
         "closed-form test of two capsules in the callback. 'And collide' is the library's own "
-        "collide(); its detection and ~ are scaled up from the sample, and how far ~ is from the count "
-        "of 'and test' tells how good the sample is. Only FCL's managers read "
-        "boxes that somebody has written. A tree of FCL's that was fastest in some phases alone, "
+        "collide(); its detection and ~ are scaled up from the sample, and how far ~ is from the "
+        "count of 'and test' tells how good the sample is. Only FCL's managers read boxes "
+        " that somebody has written. A tree of FCL's that was fastest in some phases alone, "
         "when all were tried, has only these."
     )
     if scene.name == "paper-dynamic":

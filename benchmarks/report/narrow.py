@@ -82,9 +82,9 @@ def narrow(hair, assembly=None):
     pairs, touching = hair.medians("Narrow", "cm/double/ours/touch", *keys)
     caption = (
         f"Of {count(pairs)} pairs of overlapping boxes {count(touching)} touch in hair. Each cell "
-        "has the contacts missed and the pairs reported that do not touch. Times are of 2,000 pairs "
-        "that stay in the cache. Ours has read its capsules before, as in an update; the others "
-        "read both poses of each pair."
+        "has the contacts missed and the pairs reported that do not touch. Times are of 2,000 "
+        "pairs that stay in the cache. Ours has read its capsules before, as in an update; the "
+        "others read both poses of each pair."
     )
     return Table("narrow", "Narrow phases", header, rows, caption)
 

@@ -15,8 +15,9 @@ POLICIES = {
 CAPTION = (
     "Update of the paper's tree in one plain loop, as a multiple of that of boxes, which the first "
     "row has; the share of the cages that are made anew; and the mean radius at the last frame, as "
-    "a multiple of the least. Times are medians, and multiples of them have no intervals. The balls and boxes of segments are given, so that their fitting is "
-    "in no time. Boxes are verified by those of their children, which is cheaper than by leaves. "
+    "a multiple of the least. Times are medians, and multiples of them have no intervals. The "
+    "balls and boxes of segments are given, so that their fitting is in no time. Boxes are "
+    "verified by those of their children, which is cheaper than by leaves. "
     "Welzl's algorithm takes its balls in random order, or in the chain's if those that stand out "
     "move to the front."
 )

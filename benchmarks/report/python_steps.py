@@ -51,7 +51,8 @@ READ_STEPS = (
     "are left out except where neighbours are named. Our rows are medians with their 95 % "
     "intervals, those of the others tell how many times as fast ours are that return the same. "
     "All take turns in one process, after the answers have been checked; the steps of one turn "
-    "count as one run, by their median, so that a fast one has its data in the cache. A dash: the package is not installed, or the other of the two is too slow. "
+    "count as one run, by their median, so that a fast one has its data in the cache. A dash: the "
+    "package is not installed, or the other of the two is too slow. "
 ) + READ
 READ_COSTS = (
     "Python and C++ take turns with the same steps, of 100,000 segments. More is the median of the "
