@@ -308,7 +308,6 @@ TEST(LivePairs, OfTheTutorial) {
   const std::int32_t triangle[] = {0, 1, 2};
   fcl_fibers::TriangleMesh head(fcl_fibers::MeshArrays<double>{corners, 3, triangle, 1});
   const fcl_fibers::MeshPose pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, -0.05}};
-  constexpr double kSkin = 0.05;
   std::vector<double> safe(scene.points.size(), 1);
   int pushes = 0;
   const auto moveFibers = [&] { scene.points[5][2] = scene.points[6][2] = 0.125; };
