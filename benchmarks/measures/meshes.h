@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -53,6 +57,29 @@ inline std::shared_ptr<fcl::BVHModel<fcl::OBBRSSd>> modelOf(const scenes::Triang
   model->addSubModel(vectors, indices);
   model->endModel();
   return model;
+}
+
+/// The triangles in pieces: of each cube of a grid those whose middles are in it.
+inline std::vector<scenes::Triangles> piecesOf(const scenes::Triangles& mesh, double edge) {
+  std::map<std::array<long, 3>, scenes::Triangles> pieces;
+  for (std::size_t i = 0; i < mesh.corners.size(); i += 3) {
+    const auto corner = [&](std::size_t k) -> const Point& {
+      return mesh.points[static_cast<std::size_t>(mesh.corners[i + k])];
+    };
+    std::array<long, 3> cube;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double sum = corner(0)[axis] + corner(1)[axis] + corner(2)[axis];
+      cube[axis] = std::lround(sum / (3 * edge));
+    }
+    scenes::Triangles& piece = pieces[cube];
+    for (std::size_t k = 0; k < 3; ++k) {
+      piece.corners.push_back(static_cast<std::int32_t>(piece.points.size()));
+      piece.points.push_back(corner(k));
+    }
+  }
+  std::vector<scenes::Triangles> all;
+  for (auto& [cube, piece] : pieces) all.push_back(std::move(piece));
+  return all;
 }
 
 }  // namespace fcl_fibers::benchmarks

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -24,6 +25,9 @@ namespace {
 
 constexpr int kRuns = HeadScene::kRuns, kSlowRuns = 5;
 constexpr double kSlow = 1;  // seconds
+
+/// Cubes of the head's pieces along its radius.
+constexpr double kPiecesOfRadius = 8;
 
 /// Numbers of segments in the scene.
 using Segments = std::vector<std::size_t>;
@@ -58,25 +62,31 @@ Finder byArrays(const std::string& name, const std::shared_ptr<FiberTree>& tree,
           }};
 }
 
-/// A callback that notes the objects which it meets beside the head.
+/// A callback that notes the objects which it meets beside the head, or beside a piece of it.
 struct Noted {
   const Object* head;
   Segments& found;
+  std::vector<bool> is_found = {};  ///< by segment, if there are several pieces
   std::size_t pairs = 0;
 
-  void note(const Object* a, const Object* b) {
-    found.push_back(MovingFibers::index(a == head ? b : a));
+  std::size_t hair(const Object* a, const Object* b) const {
+    return MovingFibers::index(a == head ? b : a);
   }
   static bool all(Object* a, Object* b, void* data) {
-    static_cast<Noted*>(data)->note(a, b);
+    auto& self = *static_cast<Noted*>(data);
+    self.found.push_back(self.hair(a, b));
     return false;
   }
   static bool colliding(Object* a, Object* b, void* data) {
     auto& self = *static_cast<Noted*>(data);
+    const std::size_t segment = self.hair(a, b);
+    if (!self.is_found.empty() && self.is_found[segment]) return false;
     ++self.pairs;
     fcl::CollisionResultd result;
     fcl::collide(a, b, fcl::CollisionRequestd(), result);
-    if (result.isCollision()) self.note(a, b);
+    if (!result.isCollision()) return false;
+    self.found.push_back(segment);
+    if (!self.is_found.empty()) self.is_found[segment] = true;
     return false;
   }
 };
@@ -134,19 +144,30 @@ Contender fastestTree(HeadScene& scene) {
   return fastest;
 }
 
-/// The query of the head, which meets no hair twice, and fcl::collide on each of its pairs.
+/// The queries of the pieces of the head, and fcl::collide on each of their pairs with hair that
+/// touches no piece before.
 /// @pre all objects have tight boxes
-Finder byFcl(const Contender& tree, HeadScene& scene, bool roots) {
+Finder byFcl(const Contender& tree, const HeadScene& scene, bool roots,
+             const std::vector<Object*>& pieces) {
   const std::shared_ptr<Manager> manager = tree.setUp(objectsOf(scene, roots));
-  return {tree.name(), false, [=, &scene](Segments& found, Numbers& numbers) {
+  const bool is_whole = pieces.size() == 1;
+  const std::size_t flags = is_whole ? 0 : scene.hair.segmentCount();
+  const auto place = [=](const fcl::Transform3d& pose) {
+    for (Object* const piece : pieces) {
+      piece->setTransform(pose);
+      piece->computeAABB();
+    }
+  };
+  return {tree.name() + (is_whole ? "" : "_pieces"), false, [=](Segments& found, Numbers& numbers) {
             found.clear();
-            scene.object.setTransform(before());
-            scene.object.computeAABB();
-            Noted noted{&scene.object, found};
+            place(before());
+            Noted noted{nullptr, found, std::vector<bool>(flags)};
             const double taken = seconds([&] {
-              scene.object.setTransform(rest());
-              scene.object.computeAABB();
-              manager->collide(&scene.object, &noted, Noted::colliding);
+              place(rest());
+              for (Object* const piece : pieces) {
+                noted.head = piece;
+                manager->collide(piece, &noted, Noted::colliding);
+              }
             });
             numbers["pairs"] = static_cast<double>(noted.pairs);
             return taken;
@@ -207,7 +228,7 @@ bool registerTouching(const HeadScene& scene, const std::string& set,
                         std::to_string(first.missed + judged.missed) + " and has " +
                         std::to_string(first.extra + judged.extra) + " that do not touch");
     }
-    if (!finder.ours) {
+    if (!finder.ours && checked.empty()) {
       checked["missed"] = static_cast<double>(judged.missed);
       checked["extra"] = static_cast<double>(judged.extra);
       checked["undecided"] = static_cast<double>(judged.undecided);
@@ -247,8 +268,19 @@ bool measureObstacles(const Request& request) {
   scene.objects.bringTo(0, Boxes::kTight);
   scene.object.computeAABB();
   const Contender fcl = fastestTree(scene);
-  std::vector<Finder> peers;
-  for (const bool roots : {true, false}) peers.push_back(byFcl(fcl, scene, roots));
+  // The box of the whole head meets hair that is nowhere near its surface.
+  std::vector<std::unique_ptr<Object>> pieces;
+  std::vector<Object*> all_pieces;
+  for (const scenes::Triangles& piece :
+       piecesOf(scene.head, scenes::kHeadRadius / kPiecesOfRadius)) {
+    pieces.push_back(std::make_unique<Object>(modelOf(piece), rest()));
+    all_pieces.push_back(pieces.back().get());
+  }
+  std::array<std::vector<Finder>, 2> peers;
+  for (const bool roots : {true, false}) {
+    peers[roots ? 0 : 1] = {byFcl(fcl, scene, roots, {&scene.object}),
+                            byFcl(fcl, scene, roots, all_pieces)};
+  }
 
   // Ours would take the tight boxes for what a program has made of FCL's.
   scene.objects.bringTo(0, Boxes::kNone);
@@ -258,7 +290,8 @@ bool measureObstacles(const Request& request) {
     const auto tree = makeTree(scene.arrays(roots), {touchingOptions()});
     const std::vector<Finder> finders = {byArrays("arrays", tree, scene.mesh, rest()),
                                          byArrays("turned", tree, scene.turned, rotation()),
-                                         byManager(scene, roots), peers[roots ? 0 : 1]};
+                                         byManager(scene, roots), peers[roots ? 0 : 1][0],
+                                         peers[roots ? 0 : 1][1]};
     right = registerTouching(scene, set, finders) && right;
     registerContacts(scene, set, roots, tree);
   }

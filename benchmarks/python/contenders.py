@@ -115,15 +115,14 @@ class OurSafeStep(Contender):
 
 
 class MidpointTree(Contender):
-    """A k-d tree of the segments' midpoints, and an exact test of those that are near in NumPy."""
-
-    BLOCK = 1 << 15  # pairs whose arrays stay in the processor's cache
+    """A k-d tree of the segments' midpoints, and a test of those that are near, by Numba."""
 
     def __init__(self, scene):
         super().__init__(scene)
+        import numba
         from scipy.spatial import cKDTree
 
-        self.tree = cKDTree
+        self.tree, self.touching = cKDTree, numba.njit(touching_pairs)
 
     def step(self, points):
         starts = self.starts
@@ -133,31 +132,36 @@ class MidpointTree(Contender):
         # Neither option makes the query faster, and both make the tree slower to build.
         tree = self.tree(middles, balanced_tree=False, compact_nodes=False)
         near = tree.query_pairs(longest + 2 * self.radius, output_type="ndarray")
-        touching = [np.empty((0, 2), np.int64)]
-        for first in range(0, len(near), self.BLOCK):
-            a, b = starts[near[first : first + self.BLOCK]].T
-            # Starts are ascending and query_pairs() has the lower first. Neighbours along a fiber
-            # are adjacent points, since the last point of a fiber starts no segment.
-            apart = b - a > 1
-            a, b = a[apart], b[apart]
-            squared = squared_distances(points[a], points[a + 1], points[b], points[b + 1])
-            close = squared <= (2 * self.radius) ** 2
-            touching.append(np.stack([a[close], b[close]], axis=1))
-        return np.concatenate(touching)
+        return self.touching(points, starts, near, (2 * self.radius) ** 2)
 
 
-def squared_distances(a0, a1, b0, b1):
-    """Between segments, row by row: Ericson, Real-Time Collision Detection, section 5.1.9."""
-    d1, d2, r = a1 - a0, b1 - b0, a0 - b0
-    a, e = np.einsum("nc,nc->n", d1, d1), np.einsum("nc,nc->n", d2, d2)
-    b, c, f = (np.einsum("nc,nc->n", x, y) for x, y in ((d1, d2), (d1, r), (d2, r)))
-    area = a * e - b * b
-    crossing = area > 1e-12 * a * e
-    s = np.clip(np.where(crossing, b * f - c * e, 0) / np.where(crossing, area, 1), 0, 1)
-    t = np.clip((b * s + f) / e, 0, 1)
-    s = np.clip((b * t - c) / a, 0, 1)
-    way = r + s[:, np.newaxis] * d1 - t[:, np.newaxis] * d2
-    return np.einsum("nc,nc->n", way, way)
+def touching_pairs(points, starts, near, most_squared):
+    """Starts are ascending and query_pairs() has the lower first. Neighbours along a fiber are
+    adjacent points, since the last point of a fiber starts no segment. Distances of segments:
+    Ericson, Real-Time Collision Detection, section 5.1.9."""
+    found, count = np.empty((len(near), 2), np.int64), 0
+    for i in range(len(near)):
+        p, q = starts[near[i, 0]], starts[near[i, 1]]
+        if q - p <= 1:
+            continue
+        a = b = c = e = f = 0.0
+        for k in range(3):
+            d1, d2 = points[p + 1, k] - points[p, k], points[q + 1, k] - points[q, k]
+            r = points[p, k] - points[q, k]
+            a, b, c, e, f = a + d1 * d1, b + d1 * d2, c + d1 * r, e + d2 * d2, f + d2 * r
+        area = a * e - b * b
+        s = min(max((b * f - c * e) / area, 0.0), 1.0) if area > 1e-12 * a * e else 0.0
+        t = min(max((b * s + f) / e, 0.0), 1.0)
+        s = min(max((b * t - c) / a, 0.0), 1.0)
+        squared = 0.0
+        for k in range(3):
+            on_p = points[p, k] + s * (points[p + 1, k] - points[p, k])
+            on_q = points[q, k] + t * (points[q + 1, k] - points[q, k])
+            squared += (on_p - on_q) ** 2
+        if squared <= most_squared:
+            found[count, 0], found[count, 1] = p, q
+            count += 1
+    return found[:count]
 
 
 class WarpBvh(Contender):
