@@ -101,13 +101,18 @@ def counts(parts):
         for of in SETS:
             keys = ("segments", "triangles", "touching", "missed", "extra", "undecided")
             found = dict(zip(keys, part.medians("Judged", of, *keys)))
-            fcl = part.median(*fcl_of(part, "Touching", f"{of}/")[0], "pairs")
+            whole = [n for n in fcl_of(part, "Touching", f"{of}/") if not n[1].endswith("_pieces")]
+            fcl = part.median(*whole[0], "pairs")
             boxes = part.median("Boxes", "ours", "pairs")
             contacts = part.median("Contacts", of, "contacts")
             numbers = [fcl, boxes, found["touching"], contacts]
             numbers += [found[key] for key in ("missed", "extra", "undecided")]
             rows.append([f"{scene}, {of}", *map(count, numbers)])
-    header = ["", "FCL's pairs of segment and head", "pairs of segment and triangle, by boxes"]
+    header = [
+        "",
+        "FCL's pairs of segment and whole head",
+        "pairs of segment and triangle, by boxes",
+    ]
     header += [
         "touching segments",
         "contacts",
