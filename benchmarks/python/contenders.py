@@ -6,6 +6,8 @@ which is not timed and has frame k in its own form; step(), which is timed, move
 and asks; and check(), which raises an error if the answer is wrong. Every segment is a capsule.
 """
 
+import contextlib
+import importlib
 import itertools
 import logging
 from functools import partial
@@ -119,10 +121,12 @@ class MidpointTree(Contender):
 
     def __init__(self, scene):
         super().__init__(scene)
-        import numba
         from scipy.spatial import cKDTree
 
-        self.tree, self.touching = cKDTree, numba.njit(touching_pairs)
+        self.tree, self.touching = cKDTree, touching_pairs
+        # Without Numba only tests run, whose scenes are small.
+        with contextlib.suppress(ModuleNotFoundError):
+            self.touching = importlib.import_module("numba").njit(touching_pairs)
 
     def step(self, points):
         starts = self.starts
