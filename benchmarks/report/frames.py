@@ -228,7 +228,7 @@ def scene_table(scene):
         "closed-form test of two capsules in the callback. 'And collide' is the library's own "
         "collide(); its detection and ~ are scaled up from the sample, and how far ~ is from the "
         "count of 'and test' tells how good the sample is. Only FCL's managers read boxes "
-        " that somebody has written. A tree of FCL's that was fastest in some phases alone, "
+        "that somebody has written. A tree of FCL's that was fastest in some phases alone, "
         "when all were tried, has only these."
     )
     if scene.name == "paper-dynamic":
