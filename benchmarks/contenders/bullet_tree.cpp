@@ -41,7 +41,7 @@ class BulletTree : public ForeignTree {
   }
 
   std::size_t countTouching() const override {
-    const auto& capsules = readAxes();
+    const auto& capsules = axesOfObjects();
     std::size_t count = 0;
     forEachPair(
         [&](std::size_t a, std::size_t b) { count += capsulesTouch(capsules[a], capsules[b]); });

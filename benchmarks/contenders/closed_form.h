@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <vector>
 
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/narrowphase/collision_object.h>
@@ -20,6 +22,17 @@ CapsuleAxis<S> axisOf(const fcl::CollisionObject<S>& object) {
   const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
   const fcl::Transform3<S>& pose = object.getTransform();
   return {pose.translation(), capsule.lz / 2 * pose.linear().col(2), capsule.radius};
+}
+
+/// Axes of `count` objects, of which axis(i) reads one, in memory that is kept for the next query,
+/// as a program keeps it. They hold until it is called again; one thread calls it.
+template <typename S, typename Axis>
+const std::vector<CapsuleAxis<S>>& readAxes(std::size_t count, Axis&& axis) {
+  static std::vector<CapsuleAxis<S>> axes;
+  axes.clear();
+  axes.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) axes.push_back(axis(i));
+  return axes;
 }
 
 /// Points of two axes.

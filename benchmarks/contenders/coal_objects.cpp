@@ -66,12 +66,11 @@ class ManagerOf final : public CoalManager {
   }
 
   std::size_t countTouching() const override {
-    axes_.clear();
-    axes_.reserve(objects_.size());
-    for (const auto& object : objects_) axes_.push_back(axisOf(*object));
+    const auto& capsules =
+        readAxes<double>(objects_.size(), [this](std::size_t i) { return axisOf(*objects_[i]); });
     std::size_t count = 0;
     forEachPair([&](const auto& a, const auto& b) {
-      count += capsulesTouch(axes_[numberOf(a)], axes_[numberOf(b)]);
+      count += capsulesTouch(capsules[numberOf(a)], capsules[numberOf(b)]);
     });
     return count;
   }
@@ -111,7 +110,6 @@ class ManagerOf final : public CoalManager {
   const Objects& objects_;
   CoalWay way_;
   Tree tree_;
-  mutable std::vector<CapsuleAxis<double>> axes_;
 };
 
 class TheObjects final : public CoalObjects {

@@ -195,7 +195,7 @@ class EmbreeTree : public ForeignTree {
   }
 
   std::size_t countTouching() const override {
-    const auto& capsules = readAxes();
+    const auto& capsules = axesOfObjects();
     return sumOfBlocks([&](const RTCCollision* collisions, unsigned int size, PairCount& count) {
              for (unsigned int i = 0; i < size; ++i) {
                const RTCCollision& pair = collisions[i];

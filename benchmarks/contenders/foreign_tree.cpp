@@ -52,11 +52,8 @@ void ForeignTree::readBoxes() {
       });
 }
 
-const std::vector<CapsuleAxis<double>>& ForeignTree::readAxes() const {
-  axes_.clear();
-  axes_.reserve(size());
-  for (const Object* const object : objects_) axes_.push_back(axisOf(*object));
-  return axes_;
+const std::vector<CapsuleAxis<double>>& ForeignTree::axesOfObjects() const {
+  return readAxes<double>(size(), [this](std::size_t i) { return axisOf(*objects_[i]); });
 }
 
 NarrowPhase ForeignTree::collideSome(const std::vector<std::pair<Object*, Object*>>& pairs) const {

@@ -68,7 +68,7 @@ class ForeignTree : public Manager, public ForeignManager {
   void readBoxes();
 
   /// Reads all objects, in their order: what a test of pairs needs.
-  const std::vector<CapsuleAxis<double>>& readAxes() const;
+  const std::vector<CapsuleAxis<double>>& axesOfObjects() const;
 
   /// Without the copy of the boxes, which only this class needs.
   std::size_t libraryBytes(std::size_t allocated) const override {
@@ -87,7 +87,6 @@ class ForeignTree : public Manager, public ForeignManager {
 
   std::vector<Object*> objects_;
   std::vector<FloatBox> boxes_;
-  mutable std::vector<CapsuleAxis<double>> axes_;  // keeps its memory from query to query
   std::unique_ptr<parallel::Executor> executor_;
 };
 

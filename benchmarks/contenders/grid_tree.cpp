@@ -43,11 +43,11 @@ class GridTree : public ForeignTree {
   }
 
   std::size_t countTouching() const override {
-    axes_.clear();
-    axes_.reserve(size());
-    for (const std::uint32_t id : ids_) axes_.push_back(axisOf(*object(id)));
+    const auto& capsules = readAxes<double>(
+        size(), [this](std::size_t place) { return axisOf(*object(ids_[place])); });
     std::size_t count = 0;
-    forEachPair([&](std::size_t i, std::size_t j) { count += capsulesTouch(axes_[i], axes_[j]); });
+    forEachPair(
+        [&](std::size_t i, std::size_t j) { count += capsulesTouch(capsules[i], capsules[j]); });
     return count;
   }
 
@@ -185,7 +185,6 @@ class GridTree : public ForeignTree {
   std::array<std::uint32_t, 3> cells_ = {};  ///< by axis, with an empty one at each end
   std::vector<std::uint32_t> cell_of_, cell_begin_, ids_;
   std::array<std::vector<float>, 6> sorted_;  ///< least and greatest by axis
-  mutable std::vector<CapsuleAxis<double>> axes_;
 };
 
 Contender grid(int threads) {

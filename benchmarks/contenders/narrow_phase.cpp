@@ -77,18 +77,14 @@ NarrowPhase collide(const BasicManager<S>& manager, const PairSample<S>& sample)
 
 template <typename S>
 std::size_t countTouching(const BasicManager<S>& manager,
-                          const std::vector<fcl::CollisionObject<S>*>& objects,
-                          std::vector<CapsuleAxis<S>>& axes) {
+                          const std::vector<fcl::CollisionObject<S>*>& objects) {
   if (const auto* const foreign = dynamic_cast<const ForeignManager*>(&manager)) {
     return foreign->countTouching();
   }
-  axes.clear();
-  axes.reserve(objects.size());
-  for (const auto* const object : objects) axes.push_back(axisOf(*object));
   struct Counter {
     const std::vector<CapsuleAxis<S>>& axes;
     std::size_t count = 0;
-  } counter = {axes};
+  } counter = {readAxes<S>(objects.size(), [&](std::size_t i) { return axisOf(*objects[i]); })};
   manager.collide(&counter, [](auto* a, auto* b, void* data) {
     auto& found = *static_cast<Counter*>(data);
     found.count += capsulesTouch(found.axes[BasicMovingFibers<S>::index(a)],
@@ -104,8 +100,7 @@ std::size_t countTouching(const BasicManager<S>& manager,
   template NarrowPhase collidePairs<S>(const ObjectPairs<S>&);                          \
   template NarrowPhase collide(const BasicManager<S>&, const PairSample<S>&);           \
   template std::size_t countTouching(const BasicManager<S>&,                            \
-                                     const std::vector<fcl::CollisionObject<S>*>&,      \
-                                     std::vector<CapsuleAxis<S>>&);
+                                     const std::vector<fcl::CollisionObject<S>*>&);
 FCL_FIBERS_NARROW_PHASE(float)
 FCL_FIBERS_NARROW_PHASE(double)
 

@@ -41,10 +41,8 @@ NarrowPhase collide(const BasicManager<S>& manager, const PairSample<S>& sample)
 /// Self-collision with a callback that counts capsulesTouch() of axes that are read once, as a
 /// careful user writes it.
 /// @param objects  all, each with its place among them as its user data
-/// @param axes  memory for those of FCL's managers, which a program keeps from query to query
 template <typename S>
 std::size_t countTouching(const BasicManager<S>& manager,
-                          const std::vector<fcl::CollisionObject<S>*>& objects,
-                          std::vector<CapsuleAxis<S>>& axes);
+                          const std::vector<fcl::CollisionObject<S>*>& objects);
 
 }  // namespace fcl_fibers::benchmarks

@@ -111,8 +111,10 @@ struct ClosedForm {
   bool with_contact;
 
   NarrowAnswer operator()(const ObjectOf<S>& a, const ObjectOf<S>& b) const {
-    if (!with_contact) return {capsulesTouch(a, b)};
-    const CapsuleAxis<S> p = axisOf(a), q = axisOf(b);
+    return (*this)(axisOf(a), axisOf(b));
+  }
+  NarrowAnswer operator()(const CapsuleAxis<S>& p, const CapsuleAxis<S>& q) const {
+    if (!with_contact) return {capsulesTouch(p, q)};
     const AxisPoints<S> nearest = nearestPoints(p, q);
     const fcl::Vector3<S> apart = nearest.q - nearest.p;
     const S squared = apart.squaredNorm(), reach = p.radius + q.radius;
@@ -135,21 +137,28 @@ NarrowAnswer answerOfContact(const ObjectOf<S>& a, const ObjectOf<S>& b) {
           (vector(contact.point_a) + vector(contact.point_b)) / 2};
 }
 
-template <typename S, class Solve>
-NarrowSolver solverOf(const std::string& name, bool with_contact, const CapsuleObjects<S>& objects,
-                      const Solve& solve, bool ours = false) {
-  const auto answer = [&objects, solve](const IndexPairs& pairs,
-                                        std::vector<NarrowAnswer>& answers) {
+/// @param capsule  capsule(i) is the i-th, as the solver takes it
+template <class Capsule, class Solve>
+NarrowSolver solverOfCapsules(const std::string& name, bool with_contact, const Capsule& capsule,
+                              const Solve& solve, bool ours = false) {
+  const auto answer = [=](const IndexPairs& pairs, std::vector<NarrowAnswer>& answers) {
     answers.clear();
-    for (const auto& [a, b] : pairs) answers.push_back(solve(*objects[a], *objects[b]));
+    for (const auto& [a, b] : pairs) answers.push_back(solve(capsule(a), capsule(b)));
   };
-  const auto work = [&objects, solve](const IndexPairs& pairs) {
+  const auto work = [=](const IndexPairs& pairs) {
     for (const auto& [a, b] : pairs) {
-      NarrowAnswer found = solve(*objects[a], *objects[b]);
+      NarrowAnswer found = solve(capsule(a), capsule(b));
       benchmark::DoNotOptimize(found);
     }
   };
   return {name, with_contact, ours, answer, work};
+}
+
+template <typename S, class Solve>
+NarrowSolver solverOf(const std::string& name, bool with_contact, const CapsuleObjects<S>& objects,
+                      const Solve& solve, bool ours = false) {
+  const auto object = [&objects](std::uint32_t i) -> const ObjectOf<S>& { return *objects[i]; };
+  return solverOfCapsules(name, with_contact, object, solve, ours);
 }
 
 /// What a manager with Report::kCapsules does with its pairs.
@@ -241,6 +250,9 @@ template <typename S>
 std::vector<NarrowSolver> solvers(const CapsuleObjects<S>& objects) {
   std::vector<NarrowSolver> found;
   const auto filter = std::make_shared<Filter>(objects);
+  const auto axes = std::make_shared<std::vector<CapsuleAxis<S>>>();
+  for (const auto& object : objects) axes->push_back(axisOf(*object));
+  const auto axis = [axes](std::uint32_t i) -> const CapsuleAxis<S>& { return (*axes)[i]; };
   // The default is 1e-6. A solver that a program makes itself has eps to the power of 7/8.
   const std::vector<std::string> tolerances =
       std::is_same_v<S, float> ? std::vector<std::string>{"1e-3", "1e-6"}
@@ -255,6 +267,8 @@ std::vector<NarrowSolver> solvers(const CapsuleObjects<S>& objects) {
     }
     found.push_back(solverOf<S>("distance", with_contact, objects, Distance<S>(with_contact)));
     found.push_back(solverOf<S>("closed_form", with_contact, objects, ClosedForm<S>{with_contact}));
+    found.push_back(
+        solverOfCapsules("closed_form_of_axes", with_contact, axis, ClosedForm<S>{with_contact}));
     found.push_back(solverOf<S>("capsuleContact", with_contact, objects, answerOfContact<S>,
                                 /*ours=*/true));
     found.push_back(ours(objects, filter, with_contact));

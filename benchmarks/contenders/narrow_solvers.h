@@ -38,8 +38,8 @@ struct NarrowSolver {
 };
 
 /// FCL's solvers with some tolerances, FCL's closed form of a distance, the closed form of
-/// textbooks, and ours. `objects` are borrowed; those of ours that a manager reads at its update
-/// are read here.
+/// textbooks, on objects and on axes that were read before, and ours. `objects` are borrowed. What
+/// a manager reads at its update, and a careful user once in a query, is read here.
 ///@{
 std::vector<NarrowSolver> narrowSolvers(const CapsuleObjects<float>& objects);
 std::vector<NarrowSolver> narrowSolvers(const CapsuleObjects<double>& objects);

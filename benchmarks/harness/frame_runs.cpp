@@ -166,8 +166,7 @@ void BasicFrameRuns<S>::run() {
     const auto test = [&] {
       if (!does(PairWork::kTest)) return;
       std::size_t found_touching = 0;
-      test_seconds +=
-          seconds([&] { found_touching = countTouching(*manager, fibers.objects(), axes_); });
+      test_seconds += seconds([&] { found_touching = countTouching(*manager, fibers.objects()); });
       checkTouching(frame, found_touching);
       touching += found_touching;
     };

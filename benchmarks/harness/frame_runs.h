@@ -66,8 +66,7 @@ class BasicFrameRuns {
   std::size_t runs_done_ = 0;
   std::map<int, PairSample<S>> samples_;  ///< by frame, for PairWork::kCollide
   std::deque<Entry> entries_;
-  std::vector<CapsuleAxis<S>> axes_;  ///< memory of the test of pairs
-  bool is_test_first_ = false;        ///< in a frame with PairWork::kTest, in every second one
+  bool is_test_first_ = false;  ///< in a frame with PairWork::kTest, in every second one
 };
 
 extern template class BasicFrameRuns<float>;

@@ -92,8 +92,9 @@ class Stepper {
     const auto start = std::chrono::steady_clock::now();
     const FiberArrays<double> fibers = scene_.arrays(frame_);
     tree_.update(fibers);
-    if (query == "new_pairs") pairs_ = {};
-    if (query == "new_contacts") contacts_ = {};
+    // An assignment of {} would keep the memory.
+    if (query == "new_pairs") pairs_ = std::vector<SegmentPair>();
+    if (query == "new_contacts") contacts_ = std::vector<fcl_fibers::Contact>();
     const bool pairs_alone = query == "pairs" || query == "new_pairs";
     if (pairs_alone) {
       tree_.find(Pairs{}, pairs_);

@@ -13,6 +13,7 @@ SOLVERS = {
     "gjk": "fcl::collide, FCL's GJK",
     "distance": "fcl::distance",
     "closed_form": "closed form",
+    "closed_form_of_axes": "closed form, axes read before",
     "capsuleContact": "capsuleContact",
     "ours": "ours",
 }
@@ -84,7 +85,7 @@ def narrow(hair, assembly=None):
         f"Of {count(pairs)} pairs of overlapping boxes {count(touching)} touch in hair. Each cell "
         "has the contacts missed and the pairs reported that do not touch. Times are of 2,000 "
         "pairs that stay in the cache. Ours has read its capsules before, as in an update; the "
-        "others read both poses of each pair."
+        "others read both poses of each pair, unless the row says otherwise."
     )
     return Table("narrow", "Narrow phases", header, rows, caption)
 
