@@ -21,8 +21,8 @@ import sets
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "benchmarks"
 SET_HELP = {
-    "full": "the tables of docs/measured, in two to three hours. It takes 6 GB of memory, and up "
-    "to 20 GB if the machine has it",
+    "full": "the tables of docs/measured, in three and a half hours. It takes 6 GB of memory, and "
+    "up to 20 GB if the machine has it",
     "trade": "docs/trade.md: what options cost and miss on fifteen scenes, and narrow phases, in "
     "20 minutes. It adds real hair if FCL_FIBERS_DATA names the folder of "
     "tressfx31_ponytail_tail.tfx",

@@ -15,6 +15,7 @@
 
 #include "harness/runs.h"
 #include "measures.h"
+#include "measures/boxed_object.h"
 #include "measures/meshes.h"
 #include "measures/nearest.h"
 #include "scenes/random.h"
@@ -23,7 +24,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 9, kSlowRuns = 5;
+constexpr int kRuns = 9, kSlowRuns = 5, kTries = 3;
 constexpr double kSlow = 1;  // seconds
 constexpr int kLinks = 20, kSegments = 100;
 constexpr double kLink = 0.1;                         // m, from one link to the next
@@ -78,13 +79,14 @@ struct Scene {
         objects("cables", cables, cables),
         link(scenes::makeBall(kLinkRadii, request.triangles / kLinks)),
         meshes(kLinks, TriangleMesh(link.arrays())) {
-    const auto model = modelOf(link);
+    const auto model = modelOf<fcl::RSSd>(link);
     for (int i = 0; i < kLinks; ++i) {
-      owned.push_back(std::make_unique<Object>(model, rest[0]));
-      arm.push_back(owned.back().get());
+      links.push_back(std::make_unique<BoxedObject>(model, rest[0]));
+      arm.push_back(links.back().get());
     }
   }
 
+  /// With FCL's boxes, which ours may find.
   void setPoses(const std::vector<fcl::Transform3d>& poses) {
     for (std::size_t i = 0; i < poses.size(); ++i) {
       meshes[i].setPose(toMeshPose(poses[i]));
@@ -113,7 +115,7 @@ struct Scene {
   MovingFibers objects;
   scenes::Triangles link;
   std::vector<TriangleMesh> meshes;
-  std::vector<std::unique_ptr<Object>> owned;
+  std::vector<std::unique_ptr<BoxedObject>> links;
   std::vector<Object*> arm;
 };
 
@@ -132,18 +134,19 @@ double byArrays(Scene& scene, const FiberTree& tree, double& distance) {
 }
 
 /// The poses of the arm, its manager's update, and the distance of the two managers.
-double byManagers(Scene& scene, const Manager& cables, Manager& arm, bool computes_boxes,
+double byManagers(Scene& scene, const Contender& contender, const Manager& cables, Manager& arm,
                   double& distance) {
+  for (const auto& link : scene.links) link->computeBox(contender);
   arm.update();
   return seconds([&] {
-    for (std::size_t i = 0; i < scene.arm.size(); ++i) {
-      scene.arm[i]->setTransform(scene.rest[i]);
-      if (computes_boxes) scene.arm[i]->computeAABB();
+    for (std::size_t i = 0; i < scene.links.size(); ++i) {
+      scene.links[i]->setTransform(scene.rest[i]);
+      scene.links[i]->computeBox(contender);
     }
     arm.update();
     Nearest nearest;
     cables.distance(&arm, &nearest, Nearest::callback);
-    distance = nearest.distance;
+    distance = nearest.distance();
   });
 }
 
@@ -171,7 +174,9 @@ Checked check(Scene& scene, const std::string& name, const Run& run, double trut
     return taken;
   };
   Numbers numbers;
-  return {name, checked, checked(numbers)};
+  double least = checked(numbers);
+  for (int tries = 1; tries < kTries; ++tries) least = std::min(least, checked(numbers));
+  return {name, checked, least};
 }
 
 void registerChecked(const Checked& checked, bool ours) {
@@ -193,12 +198,15 @@ bool measureCables(const Request& request) {
                    {"meshes", kLinks}});
 
   std::vector<Checked> trees;
-  for (const Contender& contender : allOf({Group::kFclTuned}, Boxes::kTight)) {
+  for (const Contender& contender :
+       allOf({Group::kFclTuned, Group::kFclNeverRebuilt}, Boxes::kTight)) {
     const std::shared_ptr<Manager> cables = contender.setUp(scene.objects.objects());
     const std::shared_ptr<Manager> arm = contender.setUp(scene.arm);
     trees.push_back(check(
         scene, contender.name(),
-        [=, &scene](double& distance) { return byManagers(scene, *cables, *arm, true, distance); },
+        [=, &scene](double& distance) {
+          return byManagers(scene, contender, *cables, *arm, distance);
+        },
         truth));
   }
   registerChecked(
@@ -217,7 +225,7 @@ bool measureCables(const Request& request) {
   ours.leaves_out_adjacent = true;  // registers fibers as fibers; by its options it leaves none out
   const std::shared_ptr<Manager> cables = ours.setUp(scene.objects), arm = ours.setUp(scene.arm);
   const auto with_managers = [=, &scene](double& distance) {
-    return byManagers(scene, *cables, *arm, false, distance);
+    return byManagers(scene, ours, *cables, *arm, distance);
   };
   registerChecked(check(scene, "manager", with_managers, truth), true);
   return runRegistered();

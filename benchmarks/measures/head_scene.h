@@ -52,7 +52,7 @@ struct HeadScene {
         corners(cornersOf(head, rest())),
         mesh(head.arrays()),
         turned(moved(head, rotation().inverse()).arrays()),
-        object(modelOf(head), rest()) {}
+        object(modelOf<fcl::OBBd>(head), rest()) {}
 
   /// @param roots  whether the first segment of each fiber meets the head
   FiberArrays<double> arrays(bool roots) const {

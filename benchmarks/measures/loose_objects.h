@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "contenders/contender.h"
+#include "measures/boxed_object.h"
 #include "measures/meshes.h"
 
 namespace fcl_fibers::benchmarks {
@@ -43,7 +44,7 @@ struct LooseObjects {
       poses[0].push_back(pose);
       pose.translation() += fcl::Vector3d(step(random), step(random), step(random));
       poses[1].push_back(pose);
-      owned.push_back(std::make_unique<Object>(geometry, poses[0].back()));
+      owned.push_back(std::make_unique<BoxedObject>(geometry, poses[0].back()));
       objects.push_back(owned.back().get());
     }
   }
@@ -52,17 +53,19 @@ struct LooseObjects {
     for (std::size_t i = 0; i < objects.size(); ++i) objects[i]->setTransform(poses[frame][i]);
   }
 
-  void computeBoxes() {
-    for (Object* const object : objects) object->computeAABB();
+  void computeBoxes(const Contender& contender) {
+    for (const auto& object : owned) object->computeBox(contender);
   }
 
-  void computeBoxes(const Contender& contender) {
-    if (!contender.ours) computeBoxes();
+  /// The first frame, with FCL's boxes: ours would take others for what a program has made of them.
+  void reset() {
+    setPoses(0);
+    for (const auto& object : owned) object->computeAABB();
   }
 
   std::string name;
   std::array<std::vector<fcl::Transform3d>, 2> poses;
-  std::vector<std::unique_ptr<Object>> owned;
+  std::vector<std::unique_ptr<BoxedObject>> owned;
   std::vector<Object*> objects;
 };
 

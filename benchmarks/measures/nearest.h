@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 
 #include <fcl/narrowphase/distance.h>
 
@@ -15,7 +14,10 @@ namespace fcl_fibers::benchmarks {
 struct Nearest {
   /// Segments of each fiber, whose neighbours are left out because they always touch; 0: all count.
   std::size_t fiber_segments = 0;
-  double distance = std::numeric_limits<double>::infinity();
+  /// One for all pairs, as in FCL's own callback: its search of meshes ends at what is known.
+  fcl::DistanceResultd result = {};
+
+  double distance() const { return result.min_distance; }
 
   bool leavesOut(const Object* a, const Object* b) const {
     if (fiber_segments == 0) return false;
@@ -25,12 +27,8 @@ struct Nearest {
 
   static bool callback(Object* a, Object* b, void* data, double& distance) {
     auto& nearest = *static_cast<Nearest*>(data);
-    if (!nearest.leavesOut(a, b)) {
-      fcl::DistanceResultd result;
-      nearest.distance =
-          std::min(nearest.distance, fcl::distance(a, b, fcl::DistanceRequestd(), result));
-    }
-    distance = nearest.distance;
+    if (!nearest.leavesOut(a, b)) fcl::distance(a, b, fcl::DistanceRequestd(), nearest.result);
+    distance = nearest.distance();
     return distance <= 0;
   }
 };

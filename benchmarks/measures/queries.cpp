@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,8 +26,8 @@ constexpr int kRuns = 15;
 constexpr std::size_t kProbes = 100;
 constexpr int kFrames = 4;
 
-/// Ours, and FCL's two trees with each tree_init_level.
-std::vector<Contender> contendersWith(Boxes fcl_boxes) {
+/// Ours, and FCL's two trees with each tree_init_level, on such boxes or on both kinds.
+std::vector<Contender> contendersWith(std::optional<Boxes> fcl_boxes = {}) {
   std::vector<Contender> contenders = allOf({Group::kFclTuned}, fcl_boxes);
   contenders.push_back(ourContender("LayeredAABBTree/boxes"));
   return contenders;
@@ -74,7 +75,7 @@ struct Asked {
 double distanceSelf(const Asked& asked) {
   Nearest nearest{scenes::HelixParameters().segments};
   asked.manager.distance(&nearest, Nearest::callback);
-  return nearest.distance;
+  return nearest.distance();
 }
 
 double distanceOfEach(const Asked& asked) {
@@ -82,7 +83,7 @@ double distanceOfEach(const Asked& asked) {
   for (Object* const object : asked.probes) {
     Nearest nearest;
     asked.manager.distance(object, &nearest, Nearest::callback);
-    sum += nearest.distance;
+    sum += nearest.distance();
   }
   return sum;
 }
@@ -90,7 +91,7 @@ double distanceOfEach(const Asked& asked) {
 double distanceOfManagers(const Asked& asked) {
   Nearest nearest;
   asked.manager.distance(asked.other, &nearest, Nearest::callback);
-  return nearest.distance;
+  return nearest.distance();
 }
 
 double collideEach(const Asked& asked) {
@@ -173,7 +174,7 @@ void registerQuery(const Query& query, const Contender& contender) {
 void registerObjects(LooseObjects& loose, const Contender& contender) {
   const std::string name = "Objects/" + loose.name + "/" + contender.name();
   registerRuns(name, runsOf(contender.ours, kRuns), [&](Numbers& numbers) {
-    loose.setPoses(0);
+    loose.reset();
     numbers["boxes"] = seconds([&] { loose.computeBoxes(contender); });
     std::unique_ptr<Manager> manager;
     numbers["set_up"] = seconds([&] { manager = contender.setUp(loose.objects); });
@@ -207,11 +208,13 @@ void registerCandidates(LooseObjects& loose) {
                      {"touching", collide(*manager, pairs).touching}});
   };
   const Contender ours = ourContender("LayeredAABBTree/boxes");
+  const Contender fcl = allOf({Group::kFclTuned}, Boxes::kStock).front();
+  loose.reset();
   loose.setPoses(1);
   count(ours, "poses");
-  loose.computeBoxes();
+  loose.computeBoxes(fcl);
   count(ours, "boxes");
-  count(allOf({Group::kFclTuned}, Boxes::kStock).front(), "fcl");
+  count(fcl, "fcl");
 }
 
 bool measureQueries(const Request&) {
@@ -231,8 +234,7 @@ bool measureQueries(const Request&) {
   loose.emplace_back("rods", true, std::make_shared<fcl::Cylinderd>(0.01, 0.1));
   loose.emplace_back("long boxes", true, std::make_shared<fcl::Boxd>(0.02, 0.03, 0.1));
   loose.emplace_back("capsules", true, std::make_shared<fcl::Capsuled>(0.01, 0.1));
-  // Boxes of such objects are FCL's own, whoever reads them.
-  const std::vector<Contender> loose_contenders = contendersWith(Boxes::kStock);
+  const std::vector<Contender> loose_contenders = contendersWith();
   for (LooseObjects& objects : loose) {
     registerCandidates(objects);
     for (const Contender& contender : loose_contenders) registerObjects(objects, contender);

@@ -170,9 +170,9 @@ template <bool kWritesBoxes>
 double registerEach(const Contender& contender, LooseObjects& loose, double& answer) {
   const auto manager = contender.make(loose.objects);
   const double taken = seconds([&] {
-    for (Object* const object : loose.objects) {
-      if (kWritesBoxes && !contender.ours) object->computeAABB();
-      manager->registerObject(object);
+    for (const auto& object : loose.owned) {
+      if (kWritesBoxes) object->computeBox(contender);
+      manager->registerObject(object.get());
       manager->update();
     }
   });
@@ -198,10 +198,12 @@ struct WithCapsule {
   WithCapsule(const Contender& contender, const LooseObjects& loose)
       : capsule(std::make_shared<fcl::Capsuled>(0.01, 0.1), loose.poses[0].back()),
         manager(contender.setUp(loose.objects)) {
+    capsule.computeAABB();
+    capsule.computeBox(contender);
     manager->registerObject(&capsule);
     manager->setup();
   }
-  Object capsule;
+  BoxedObject capsule;
   std::unique_ptr<Manager> manager;
 };
 
@@ -233,12 +235,12 @@ double collideAll(const Contender& contender, LooseObjects& loose, double& answe
 template <bool kCapsule>
 double updateOne(const Contender& contender, LooseObjects& loose, double& answer) {
   WithCapsule all(contender, loose);
-  Object& object = kCapsule ? all.capsule : *loose.objects.front();
+  BoxedObject& object = kCapsule ? all.capsule : *loose.owned.front();
   const std::size_t pose = kCapsule ? loose.objects.size() - 1 : 0;
   const double taken = secondsOfCall([&] {
     for (const std::size_t frame : {1u, 0u}) {
       object.setTransform(loose.poses[frame][pose]);
-      if (!contender.ours) object.computeAABB();
+      object.computeBox(contender);
       all.manager->update(&object);
     }
   });
@@ -266,11 +268,12 @@ void registerChanges(const std::string& what, const std::shared_ptr<LooseObjects
   const auto agreed = std::make_shared<std::optional<double>>();
   for (const Contender& contender :
        {ourContender("LayeredAABBTree/boxes"), ourContender("LayeredAABBTree/capsules"),
-        allOf({Group::kFclTrees}, Boxes::kStock).front()}) {
+        allOf({Group::kFclTrees}, Boxes::kStock).front(),
+        allOf({Group::kFclTrees}, Boxes::kTight).front()}) {
     const std::string name = "OneByOne/" + std::to_string(loose->objects.size()) + " " +
                              loose->name + ", " + what + "/" + contender.name();
     registerRuns(name, runsOf(contender.ours, kRuns), [=](Numbers& numbers) {
-      loose->setPoses(0);
+      loose->reset();
       loose->computeBoxes(contender);
       const double taken = change(contender, *loose, numbers["answer"]);
       expectSame(numbers["answer"], agreed->value_or(numbers["answer"]));

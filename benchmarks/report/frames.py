@@ -14,11 +14,11 @@ PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 SET_UP_TITLES = ["set-up, boxes written before", "set-up with boxes"]
 READ_RATIOS = ratios.READ + (
     " On one thread unless the row says otherwise. Each row is against the configuration with the "
-    "least median of what the row measures. Cells of update and set-up name FCL's or coal's boxes, "
-    "tight or stock. All updates write or read their boxes inside, and so do all set-ups except "
-    "the one whose row tells that FCL's boxes were written before. Touching pairs are an update "
-    "and a query: ours with Report::kCapsules, the others' "
-    "with a closed-form test of two capsules in the callback, or with their own collide()."
+    "least median of what the row measures. Cells of update and set-up, and of coal's touching "
+    "pairs, name the boxes, tight or stock. All updates write or read their boxes inside, and so "
+    "do all set-ups except the one whose row tells that FCL's boxes were written before. Touching "
+    "pairs are an update and a query: ours with Report::kCapsules, the others' with a closed-form "
+    "test of two capsules in the callback, or with their own collide()."
 )
 # Below a row of whom it may mislead.
 EMBREES_ORDERS = "Embree visits both orders of each pair of a scene that is asked for itself"
@@ -32,6 +32,8 @@ WITH_BOXES = (
     ratios.SET_UP_WITH_BOXES,
     "Update: coal",
     ratios.SET_UP_OF_COAL,
+    ratios.COAL_TEST,
+    ratios.COAL_COLLIDE,
 )
 
 

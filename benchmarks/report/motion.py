@@ -7,7 +7,8 @@ from tables import Rows, Table, chosen, count, digits, time, title
 
 READ = (
     "A step of the cap in the wind, named by its mean motion. Times are medians on one thread. "
-    "Times of the static query or update are medians of the ratios of runs. "
+    "Times of the static query or update are medians of the ratios of runs. Embree visits both "
+    "orders of each pair. "
 ) + READ_RATIOS
 
 

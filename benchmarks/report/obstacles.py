@@ -101,16 +101,18 @@ def counts(parts):
         for of in SETS:
             keys = ("segments", "triangles", "touching", "missed", "extra", "undecided")
             found = dict(zip(keys, part.medians("Judged", of, *keys)))
-            whole = [n for n in fcl_of(part, "Touching", f"{of}/") if not n[1].endswith("_pieces")]
-            fcl = part.median(*whole[0], "pairs")
+            fcls = fcl_of(part, "Touching", f"{of}/")
+            heads = sorted(fcls, key=lambda name: "_pieces" in name[1])  # the whole one first
+            fcl = [part.median(*name, "pairs") for name in heads]
             boxes = part.median("Boxes", "ours", "pairs")
             contacts = part.median("Contacts", of, "contacts")
-            numbers = [fcl, boxes, found["touching"], contacts]
+            numbers = [*fcl, boxes, found["touching"], contacts]
             numbers += [found[key] for key in ("missed", "extra", "undecided")]
             rows.append([f"{scene}, {of}", *map(count, numbers)])
     header = [
         "",
         "FCL's pairs of segment and whole head",
+        "of segment and piece, without those of a segment that touches one",
         "pairs of segment and triangle, by boxes",
     ]
     header += [

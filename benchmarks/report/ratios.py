@@ -51,8 +51,8 @@ SET_UP_OF_COAL = "Set-up: coal, with its boxes"
 TOUCHING_TEST = "Touching pairs: FCL, tight boxes, a closed-form capsule test"
 TOUCHING_TIGHT = "Touching pairs: FCL, tight boxes, fcl::collide"
 TOUCHING_STOCK = "Touching pairs: FCL, stock boxes, fcl::collide"
-COAL_TEST = "Touching pairs: coal, tight boxes, a closed-form capsule test"
-COAL_COLLIDE = "Touching pairs: coal, tight boxes, coal::collide"
+COAL_TEST = "Touching pairs: coal, a closed-form capsule test"
+COAL_COLLIDE = "Touching pairs: coal, coal::collide"
 EMBREE_TEST = "Touching pairs: Embree, a closed-form capsule test"
 GRID_TEST = "Touching pairs: a uniform grid over midpoints, a closed-form capsule test"
 EMBREE, EMBREE_2 = (f"Update + detection: Embree, {n}" for n in ("1 thread", "2 threads"))
@@ -73,8 +73,8 @@ def _rows():
     yield Row("Detection: coal, tight boxes", "coal", "detection", BOXES, "tight", same_pairs=True)
     yield Row("Update: coal", "coal", "update")
     yield Row(SET_UP_OF_COAL, "coal", "set_up")
-    yield Row(COAL_TEST, "coal", "frame", CAPSULES, "tight", TEST)
-    yield Row(COAL_COLLIDE, "coal", "frame", CAPSULES, "tight", COLLIDE)
+    yield Row(COAL_TEST, "coal", "frame", CAPSULES, then=TEST)
+    yield Row(COAL_COLLIDE, "coal", "frame", CAPSULES, then=COLLIDE)
     yield Row(EMBREE_TEST, "Embree", "frame", CAPSULES, then=TEST)
     yield Row(GRID_TEST, "Grid", "frame", CAPSULES, then=TEST)
     yield Row(EMBREE, "Embree")

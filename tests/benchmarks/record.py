@@ -108,9 +108,18 @@ READ = (
 
 
 def shrunk(run):
-    numbers = {k: float(f"{v:.5g}") for k, v in run.items() if isinstance(v, float)}
+    digits = {"end": 12}  # ends of runs are told apart
+    numbers = {
+        k: float(f"{v:.{digits.get(k, 5)}g}") for k, v in run.items() if isinstance(v, float)
+    }
     numbers.pop("cpu_time", None)
     return {**{key: run[key] for key in READ if key in run}, **numbers}
+
+
+def spread(runs):
+    """RUNS of them from the whole time, because ratios are of runs next to each other."""
+    count = min(RUNS, len(runs))
+    return [runs[i * len(runs) // count] for i in range(count)]
 
 
 def record(program, name, flags):
@@ -133,7 +142,7 @@ def record(program, name, flags):
     for run in document["benchmarks"]:
         if run["run_type"] == "iteration":
             runs.setdefault(run["run_name"], []).append(json.dumps(shrunk(run)))
-    lines = ",\n".join(run for found in runs.values() for run in found[:RUNS])
+    lines = ",\n".join(run for found in runs.values() for run in spread(found))
     known = document["context"]
     context = json.dumps({key: known[key] for key in (*CONTEXT, *COUNTS) if key in known})
     text = f'{{"context": {context},\n"benchmarks": [\n{lines}\n]}}\n'
