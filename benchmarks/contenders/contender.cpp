@@ -102,6 +102,21 @@ Contenders<S> published() {
   return found;
 }
 
+/// Registers all objects again in each update. SaP's own update moves one end point after another
+/// through a list, which takes quadratic time if all move.
+template <typename S>
+class SaPAnew : public fcl::SaPCollisionManager<S> {
+ public:
+  using fcl::SaPCollisionManager<S>::update;
+  void update() override {
+    Objects<S> all;
+    this->getObjects(all);
+    this->clear();
+    this->registerObjects(all);
+    this->setup();
+  }
+};
+
 /// How a dynamic tree of FCL's is set; by default as FCL sets it.
 struct TreeOptions {
   int level = -1;  ///< the tree_init_level
@@ -174,7 +189,10 @@ Contenders<S> fclManagers(Group group, Boxes boxes) {
     }
   }
   if (group == Group::kFclOthers) {
+    BasicContender<S> anew = fclManager<SaPAnew<S>, S>(group, "SaP", boxes);
+    anew.variant += "_anew";
     return {fclManager<fcl::SaPCollisionManager<S>, S>(group, "SaP", boxes),
+            std::move(anew),
             fclManager<fcl::SSaPCollisionManager<S>, S>(group, "SSaP", boxes),
             fclManager<fcl::IntervalTreeCollisionManager<S>, S>(group, "IntervalTree", boxes),
             {group, "SpatialHashing", boxesName(boxes), false, boxes, Reported::kTouchingAtLeast,

@@ -15,6 +15,7 @@ Benchmark's, so that report/results.py reads them; each repetition is one run:
 
 import argparse
 import contextlib
+import gc
 import json
 import os
 import platform
@@ -188,6 +189,10 @@ def measure_steps(results, scene):
         if not label:
             turns[name] = contender.step, frames, seconds, counters
 
+    # Python's garbage collector would walk what all packages have made, which a program with one of
+    # them has not.
+    gc.collect()
+    gc.freeze()
     rounds = LONG_ROUNDS if sum(turn[2] for turn in turns.values()) > LONG else ROUNDS
     for turn in range(rounds):
         for name, (step, frames, took, counters) in turns.items():

@@ -21,7 +21,7 @@ PHASES = {"set_up": "construction", "update": "update", "detection": "detection"
 OURS = ("LayeredAABBTree", "WrappedSphereTree")
 REFERENCE = "LayeredAABBTree/bundles"
 ORDER = (*OURS, *FCL)
-VARIANTS = ("bundles", "published", "stock", "tight")
+VARIANTS = ("bundles", "published", "stock", "stock_anew", "tight", "tight_anew")
 READ = (
     "Each cell has double / float, medians on one thread. FCL's managers are as FCL makes them; "
     "they read boxes that were written before, and 'with boxes' has that inside, as update has. "
@@ -224,7 +224,7 @@ def summary(parts):
     def cell(climb, name):
         if name is None or name not in climb.sizes:
             return "-"
-        variant = f", {name.split('/')[1]}" if is_fcls(name) else ""
+        variant = f", {title(name.split('/')[1])}" if is_fcls(name) else ""
         if not climb.is_timed(name):
             return climb.verdict(name).split("; ")[0] + variant
         if name == REFERENCE:
@@ -262,7 +262,7 @@ def lines_of(climb):
     for manager, label in FCL.items():
         name = best(climb, manager)
         if name:
-            lines.append((f"{label}, {name.split('/')[1]}", name))
+            lines.append((f"{label}, {title(name.split('/')[1])}", name))
     return lines
 
 

@@ -35,13 +35,15 @@ def fcl_names(part, kind, managers=tuple(FCL)):
 
 
 def fastest(part, kind, key):
-    """By label: ours, and each manager of FCL at the level that is fastest."""
+    """By label: ours, and each manager of FCL in the form and at the level that is fastest."""
     ours = [name for name in part.names(kind) if name in OURS and part.knows(kind, name, key)]
     names = {label_of(name): name for name in ours}
-    for manager, label in FCL.items():
-        found = [n for n in fcl_names(part, kind, (manager,)) if part.knows(kind, n, key)]
-        if found:
-            names[label] = min(found, key=lambda name: part.median(kind, name, key))
+    found = {}
+    for name in fcl_names(part, kind):
+        if part.knows(kind, name, key):
+            found.setdefault(label_of(name), []).append(name)
+    for label, of in found.items():
+        names[label] = min(of, key=lambda name: part.median(kind, name, key))
     return names
 
 
