@@ -14,8 +14,8 @@ MEDIANS = {"update": "update alone", "hit": "with a hit", "seconds": "without on
 
 
 def cells_of(part):
-    """Of each cell and median FCL's tree with the faster boxes and ours with both reports, each with
-    the faster call."""
+    """Of each cell and median FCL's tree with the faster boxes and ours with both reports, with the
+    faster call."""
     known = part.names("Arms")
     cells = {name.split("/")[0] for name in known}
     for cell in sorted(cells, key=lambda cell: (cell.split(" among ")[0], len(cell))):
