@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of robot arms, whose programs stop at the first hit."""
 
-import math
-
 from ratios import BOXES, CAPSULES, boxes_of, ratio_of
 from tables import Table, count, time
 
@@ -16,14 +14,13 @@ MEDIANS = {"update": "update alone", "hit": "with a hit", "seconds": "without on
 def cells_of(part):
     """Of each cell and median FCL's tree with the faster boxes and ours with both reports, with the
     faster call."""
-    known = part.names("Arms")
-    cells = {name.split("/")[0] for name in known}
+    cells = {name.split("/")[0] for name in part.names("Arms")}
     for cell in sorted(cells, key=lambda cell: (cell.split(" among ")[0], len(cell))):
         for key, what in MEDIANS.items():
             fastest = [
                 min(
                     (f"{cell}/{who}{call}" for who in group for call in CALLS),
-                    key=lambda n: part.median("Arms", n, key) if n in known else math.inf,
+                    key=lambda n: part.median("Arms", n, key),
                 )
                 for group in WHO
             ]
