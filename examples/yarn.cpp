@@ -2,7 +2,7 @@
 
 // A knitted tube of closed yarns: where do they touch? Lengths are in millimetres.
 //
-//     yarn [FILE.vtp]    also writes the yarns there, for `fcl_fibers view`, and FILE.contacts.vtp
+//     yarn [FILE.vtp]    also writes the yarns there, for `fcl_fibers view`, and FILE_contacts.vtp
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -232,7 +232,7 @@ TEST(Options, ObjectsThatMove) {
   const Fiber& fiber = objects.fibers[0];
   fcl::CollisionObjectd ball(std::make_shared<fcl::Sphered>(0.01), fcl::Matrix3d::Identity(),
                              fcl::Vector3d(1.5, 0, 5));
-  const auto moveObjects = [&] { ball.setTranslation(fcl::Vector3d(1.5, 0, -5)); };
+  const auto moveScene = [&] { ball.setTranslation(fcl::Vector3d(1.5, 0, -5)); };
   std::vector<double> times;
   const auto handle = [&](double time, const auto& impact) {
     if (impact.object_a == &ball || impact.object_b == &ball) times.push_back(time);
@@ -247,7 +247,7 @@ TEST(Options, PairsThatLive) {
   const Fiber& fiber = objects.fibers[0];
   fcl::CollisionObjectd ball(std::make_shared<fcl::Sphered>(0.01), fcl::Matrix3d::Identity(),
                              fcl::Vector3d(1.5, 0, 5));
-  const auto moveObjects = [&] { ball.setTranslation(fcl::Vector3d(1.5, 0, 0)); };
+  const auto moveScene = [&] { ball.setTranslation(fcl::Vector3d(1.5, 0, 0)); };
   int pushes = 0;
   const auto push = [&](const auto& /*a*/, const auto& b, double& kept) {
     EXPECT_EQ(kept, 0);
