@@ -299,12 +299,14 @@ void printPage(const std::string& folder, const std::vector<std::string>& wanted
          "Each row of [numerics.md](numerics.md#rows) without tapers is asked of each contender, "
          "in a process of its own. A\nrow is right if no touching pair is missed, no pair is "
          "reported twice, and none is reported whose distance exceeds the\nradii by more than 256 "
-         "eps of the extent. [In double](measured/scoreboard_double.csv) and [in\n"
-         "float](measured/scoreboard_float.csv) the cells of all rows have both numbers. *Hangs*: "
-         "no answer in "
+         "eps of the extent, in the numbers of its column. [In\n"
+         "double](measured/scoreboard_double.csv) and [in float](measured/scoreboard_float.csv) "
+         "have "
+         "a cell for each row: 0 if it\nis right, or the numbers of pairs that are missed, and of "
+         "pairs that are repeated or too far apart. *Hangs*: no\nanswer in "
       << kMostSeconds
-      << " seconds.\n*Crashes*: the process has ended. *Refuses*: an exception. The rows with a "
-         "margin are asked of our\nlibrary alone, because a margin is another number in each "
+      << " seconds. *Crashes*: the process has ended. *Refuses*: an exception. The rows with a "
+         "margin are asked of\nour library alone, because a margin is another number in each "
          "library.\n\n"
          "| rows that are right | in double | in float |\n|---|--:|--:|\n";
   for (const Sum& sum : in_double) {
