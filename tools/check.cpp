@@ -192,16 +192,18 @@ class FrameChecker {
         meshes_, source.groups, FoundPairs{}, 0,     samples_};
     if (several_) frame.number = number;
     if (frames_ == 0) warnOfMeshSize(scene, meshes_, request_.tree.margin, source.name);
+    const PairSearch search = {
+        tree_,   scene, request_.limit, other_ ? &*other_tree_ : nullptr, !request_.meshes_only,
+        &meshes_};
     frame.seconds = seconds([&] {
       readFrame(scene);
-      frame.found = findPairs({tree_, scene, request_.limit, other_ ? &*other_tree_ : nullptr,
-                               !request_.meshes_only, &meshes_});
+      frame.found = findPairs(search);
     });
     found_ = found_ || frame.count() > 0;
     writePictures(frame, tree_);
     const ContactList list(frame);
     progress("");
-    warnOfMany(frame.found, tree_, source.name);
+    warnOfMany(frame.found, search, source.name);
     warnOfPairsAlong(frame, list);
     if (request_.output == Output::kCsv) {
       writeCsv(frame, list, stream_);

@@ -112,15 +112,16 @@ FoundContact contactOf(const FoundPair& pair, const FiberPolylines& scene,
                           : capsuleContact(arrays, fiberArrays(*other), {pair.a, pair.b}));
 }
 
-void warnOfMany(const FoundPairs& found, const FiberTree& tree, const std::string& scene) {
+void warnOfMany(const FoundPairs& found, const PairSearch& search, const std::string& scene) {
   const std::string too_large = "The radius is probably too large; `" + programName() +
                                 " info` tells the radius at which contact begins.";
   if (!found.complete) {
-    warn(scene, "the search ended after " + std::to_string(found.pairs.size()) +
-                    " pairs, so the answer is incomplete. " + too_large +
-                    " --limit N allows N pairs.");
-  } else if (tree.options().report == Report::kCapsules &&
-             found.pairs.size() > kManyPairs * tree.segmentCount()) {
+    warn(scene, "the search ended after " + std::to_string(search.limit) +
+                    " pairs, of which each triangle that a segment touches is one. So the answer "
+                    "is incomplete. " +
+                    too_large + " --limit N allows N pairs.");
+  } else if (search.tree.options().report == Report::kCapsules &&
+             found.pairs.size() > kManyPairs * search.tree.segmentCount()) {
     warn(scene, "there are more than " + std::to_string(kManyPairs) + " pairs for each segment. " +
                     too_large);
   }

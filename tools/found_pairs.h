@@ -65,6 +65,6 @@ FoundContact contactOf(const FoundPair& pair, const FiberPolylines& scene,
 
 /// Tells on stderr that a search ended at its limit, or that there are so many pairs that the
 /// radius may be wrong.
-void warnOfMany(const FoundPairs& found, const FiberTree& tree, const std::string& scene);
+void warnOfMany(const FoundPairs& found, const PairSearch& search, const std::string& scene);
 
 }  // namespace fcl_fibers::tools

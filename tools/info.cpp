@@ -132,7 +132,7 @@ std::vector<std::string> warnings(const SceneSource& source, const FiberPolyline
        "segments more than 20 times as long as the median, which may join two fibers: {}");
   if (source.has_radius) {
     warn(count([](double, double radius) { return radius == 0; }),
-         "segments of radius zero, which touch only if axes cross: {}");
+         "segments of radius zero, which touch each other only if their axes cross: {}");
   } else {
     texts.push_back("the file holds no radius; check, distance, trade and view need --radius");
   }

@@ -263,8 +263,9 @@ void addCheck(CLI::App& command, Arguments& arguments) {
       ->group(kGroup);
   command.footer(
       "The exit code is 0 without contacts, 1 with contacts, and 2 after an error.\n"
-      "CSV has a line for each contact. JSON has the same names, with points and normals as "
-      "lists:\n"
+      "CSV has a line for each contact, or with --summary for each two fibers or fiber and mesh,\n"
+      "with the number of their `contacts`. Several frames have a column `frame`. JSON has the "
+      "same\nnames, with points, normals and weights as lists, and `solid` as true or false:\n"
       "  fiber_a, number_a, s    A segment by fiber and number along it, both counted from 0, and "
       "the\n"
       "                          place along it, from 0 to 1.\n"
@@ -297,9 +298,9 @@ void addDistance(CLI::App& command, Arguments& arguments) {
   addJson(command, arguments.request);
   command.footer(
       "The distance is from surface to surface. It is negative if fibers overlap, and then it is "
-      "the\ndeepest overlap; `check` lists all. Two segments of one fiber count only if the fiber "
-      "turns\nback to itself: the part between them has to be longer than half a circle over their "
-      "distance.");
+      "the\ndeepest overlap; `check` lists all. Two segments of one fiber, or of fibers that "
+      "branch\nfrom each other, count only if these turn back to themselves: the part between the "
+      "two has\nto be longer than half a circle whose diameter is the distance of their axes.");
 }
 
 void addReplay(CLI::App& command, Arguments& arguments) {
@@ -375,13 +376,13 @@ void addTrade(CLI::App& command, Arguments& arguments) {
       std::string(arguments.generated.make ? ", and asks FCL's managers" : "") +
       ".\nEvery answer is compared with the distances of all pairs, or of a random sample if "
       "there\nare "
-      "too many. A contact is a pair that touches, other than near along one fiber. A false\npair "
-      "is "
-      "reported and is no contact. The program then prints the lines that set the fastest\nway "
+      "too many. A contact is a pair that touches, or with --mesh a segment that does. Pairs\nthat "
+      "are near along one fiber, or across a branch, are no contacts. A false pair is\nreported "
+      "and is no contact. The program then prints the lines that set the fastest\nway "
       "that "
-      "--miss, --false and --budget allow. If only a sample was judged, --miss counts with\na "
-      "bound of "
-      "97.5 % confidence. A setting ends if a frame takes longer than --longest or finds\nmore "
+      "--miss, --false and --budget allow. If only a sample was judged, --miss and --false\ncount "
+      "with bounds of 97.5 % confidence. A setting ends if a frame takes longer than --longest or "
+      "finds\nmore "
       "than "
       "10,000,000 pairs. The next run of the same scene goes on with a run that was stopped.");
 }
@@ -408,7 +409,7 @@ void addView(CLI::App& command, Arguments& arguments) {
   add(command, "--depth", request.depth, "N", "The depth of the deepest volumes. The default is 2.")
       ->check(CLI::Range(0, 8).description(""));
   add(command, "--points", request.points, "N",
-      "The most points to draw, of all frames. The default is 1,000,000.")
+      "The most points to draw of a scene, in all its frames together.\nThe default is 1,000,000.")
       ->check(CLI::Range(std::size_t{1000}, std::size_t{100000000}).description(""));
   add(command, "--up", request.up, "x|y|z",
       "The axis that points up. Without it the program guesses.")
@@ -427,7 +428,9 @@ void addView(CLI::App& command, Arguments& arguments) {
                       "Scenes with frames are played: `paper-dynamic`, or `helix:frames=0:100:5`.\n"
                     : "") +
       "If a scene has more points than --points, every nth fiber and point is drawn.\n"
-      "Contacts are searched among all points. A page marks the deepest 100,000 of a frame.\n"
+      "Contacts are searched among all points. A page marks the deepest 100,000 of a frame, or of\n"
+      "more than five frames an equal share of 500,000 each. With --end it marks those that begin\n"
+      "first.\n"
       "Without --up, " +
       (generated ? "z points up in generated scenes and y in TressFX files; for others it is\n"
                  : "y points up in TressFX files; for others it is\n") +

@@ -42,18 +42,28 @@ FiberPolylines swing(FiberPolylines scene, double angle) {
 
 const std::string kStandardInput = "-";
 
-io::FiberFile readStandardInput(const io::FiberFileOptions& options) {
-  const std::string bytes(std::istreambuf_iterator<char>(std::cin), {});
-  return io::parseFibers(bytes, "standard input", options);
-}
-
 /// Texts of the library name options as C++ does.
 std::string asOnTheCommandLine(std::string text) {
-  constexpr std::string_view kOption = "radius_from";
-  for (std::size_t at = text.find(kOption); at != text.npos; at = text.find(kOption, at)) {
-    text.replace(at, kOption.size(), "--radius-from");
+  constexpr std::pair<std::string_view, std::string_view> kOptions[] = {
+      {"radius_from", "--radius-from"}, {"groups_from", "--groups-from"}};
+  for (const auto& [option, flag] : kOptions) {
+    for (std::size_t at = text.find(option); at != text.npos; at = text.find(option, at)) {
+      text.replace(at, option.size(), flag);
+    }
   }
   return text;
+}
+
+io::FiberFile read(const std::string& path, const io::FiberFileOptions& options) try {
+  if (path == kStandardInput) {
+    const std::string bytes(std::istreambuf_iterator<char>(std::cin), {});
+    return io::parseFibers(bytes, "standard input", options);
+  }
+  return io::readFibers(path, options);
+} catch (const std::invalid_argument& error) {
+  throw std::invalid_argument(asOnTheCommandLine(error.what()));
+} catch (const std::runtime_error& error) {
+  throw std::runtime_error(asOnTheCommandLine(error.what()));
 }
 
 /// Returns why a tree could not hold the points. Its own error could not name the file.
@@ -78,16 +88,16 @@ SceneSource readFile(const std::string& path, const io::FiberFileOptions& option
   source.is_file = true;
   source.playable = {0};
   progress("reading " + path);
-  io::FiberFile read = is_input ? readStandardInput(options) : io::readFibers(path, options);
-  source.has_radius = read.has_radius;
-  source.has_samples = !read.fibers.samples.empty();
-  source.problem = problemOf(read.fibers);
-  for (const std::string& warning : read.warnings) {
+  io::FiberFile file = read(path, options);
+  source.has_radius = file.has_radius;
+  source.has_samples = !file.fibers.samples.empty();
+  source.problem = problemOf(file.fibers);
+  for (const std::string& warning : file.warnings) {
     source.warnings.push_back(asOnTheCommandLine(warning));
   }
-  for (const double number : read.group_values) source.groups.push_back({number});
-  source.passed_over = std::move(read.passed_over);
-  source.make = [scene = std::move(read.fibers)](int frame) {
+  for (const double number : file.group_values) source.groups.push_back({number});
+  source.passed_over = std::move(file.passed_over);
+  source.make = [scene = std::move(file.fibers)](int frame) {
     return frame == 0 ? scene : swing(scene, 0.01 * frame);
   };
   return source;
@@ -108,12 +118,14 @@ bool isFile(const std::string& text) {
 
 SceneSource SceneName::find() const {
   if (isFile(text)) return readFile(text, options);
-  if (!generated->make) refuse(text, "there is no file of that name");
+  if (!generated->make) {
+    refuse(text, "there is no file of that name; give the path of a file of fibers");
+  }
   if (!options.radius_from.empty()) {
     refuse(text, "--radius-from is for files; a generated scene has the key `radius`");
   }
   if (!options.groups_from.empty()) {
-    refuse(text, "--groups-from is for files, which have the numbers of groups");
+    refuse(text, "--groups-from is for files; --groups makes groups of several scenes");
   }
   return generated->make(*this);
 }

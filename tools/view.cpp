@@ -256,9 +256,9 @@ json sceneJson(const SceneSource& source, const Request& request,
     if (!step && source.playable[i] <= source.frame) scene["opened"] = i;
   }
   if (stopped && !step) {
-    warn(source.name, "more than " + countText(request.limit) +
-                          " pairs touch; the page shows contacts of these only. Is the radius too "
-                          "large?");
+    warn(source.name, "a frame has more than " + countText(request.limit) +
+                          " pairs, so the page shows contacts of so many alone. The radius is "
+                          "probably too large.");
   }
   return scene;
 }

@@ -79,7 +79,9 @@ TEST_F(CommandsTest, RunAfterAnotherAnswersTheSame) {
 TEST_F(CommandsTest, HasNoSceneButFiles) {
   const Answer answer = run({"info", "helix"});
   EXPECT_EQ(answer.code, 2);
-  EXPECT_EQ(answer.err, "python -m fcl_fibers: 'helix': there is no file of that name\n");
+  EXPECT_EQ(answer.err,
+            "python -m fcl_fibers: 'helix': there is no file of that name; give the path of a file "
+            "of fibers\n");
 }
 
 TEST_F(CommandsTest, WarnsByItsName) {

@@ -188,7 +188,7 @@ class Groups(ProgramTest):
             ((self.a, "--groups"), "--groups takes two or more scenes"),
             ((self.a, "--within"), "give --groups or --groups-from, too"),
             ((self.a, self.b, "--groups", "--groups-from", 4), "excludes"),
-            ((self.a, "--groups-from", 4), "there are 3 columns; groups_from is 4"),
+            ((self.a, "--groups-from", 4), "there are 3 columns; --groups-from is 4"),
             ((self.a, "--groups-from", ""), "give the name of an array"),
             (("helix:fibers=2", "--groups-from", 4), "--groups-from is for files"),
             ((self.a, self.b, "--groups", "--end", self.b), "excludes"),

@@ -415,7 +415,7 @@ class Radii(ProgramTest):
         self.run_program("convert", path, out, "--radius-from", 4)
         self.assertEqual(read_vtp(out)[2]["radius"], [3, 0.5, 3])
         self.run_program("check", path, "--radius-from", 2, code=2)
-        self.assertIn("radius_from is '2'", self.stderr)
+        self.assertIn("--radius-from is '2'", self.stderr)
 
 
 class Packed(ProgramTest):

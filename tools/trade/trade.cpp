@@ -305,6 +305,15 @@ Scene readScene(const Request& request, std::string& title) {
   return scene;
 }
 
+/// What a user can do if nothing touches.
+std::string wayToContact(const Scene& scene) {
+  if (scene.isStep()) return "give a larger --radius or a longer step";
+  if (!scene.meshes.empty()) {
+    return "give a larger --radius, or a mesh in the frame and the unit of the fibers";
+  }
+  return "`" + programName() + " info` tells at which radius contact begins";
+}
+
 }  // namespace
 
 int tradeOff(const Request& request, const PeerSettings& peers) {
@@ -314,10 +323,9 @@ int tradeOff(const Request& request, const PeerSettings& peers) {
       judge(scene, kMostTests, [](double share) { tellProgress("judge all distances", share); });
   if (verdict.contacts.empty()) {
     progress("");
-    throw std::invalid_argument(
-        "'" + title + "' has no contact" +
-        (verdict.isWhole() ? "" : " in the sample that was judged") +
-        ", so nothing can be missed; `fcl_fibers info` tells at which radius contact begins");
+    throw std::invalid_argument("'" + title + "' has no contact" +
+                                (verdict.isWhole() ? "" : " in the sample that was judged") +
+                                ", so nothing can be missed; " + wayToContact(scene));
   }
   std::vector<Setting> settings = settingsOf(scene, verdict);
   if (peers) {

@@ -282,10 +282,10 @@ std::vector<Setting> fclSettings(const Scene& scene, const FiberTreeOptions& opt
   if (scene.isStep() || !scene.meshes.empty()) return settings;
   const auto add = [&](const std::string& dial, const std::string& value, const std::string& cpp,
                        const MakeManager& make, Boxes boxes, const NarrowPhase& narrow) {
-    settings.push_back(
-        {dial, value, cpp, "# FCL's managers are not in the Python package.\n", [=, &scene] {
-           return std::make_unique<ManagerTrial>(scene, options, make, boxes, narrow);
-         }});
+    settings.push_back({dial, value, cpp, "# The Python package has no managers.\n", [=, &scene] {
+                          return std::make_unique<ManagerTrial>(scene, options, make, boxes,
+                                                                narrow);
+                        }});
   };
   add("manager", "layered boxes", codeOf(options, "LayeredAABBTreeCollisionManagerd"),
       ours<LayeredAABBTreeCollisionManagerd>(), Boxes::kOfPoses, ourContact);
