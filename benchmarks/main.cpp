@@ -127,10 +127,10 @@
 //                         without motion and with it, the static query of touching pairs, that of
 //                         moving pairs, and that of impacts. Others have boxes around both
 //                         positions, and our test of impacts behind them
-//   Judged/impacts        the check of one fiber in ten, by a judge that takes all pairs of such
-//                         boxes
-//   Safe/step             the safe step of two fibers in five, as thin as it takes for none to
-//                         touch at the start, and all their impacts
+//   Judged/impacts        the check of a scene of a tenth of the fibers, by a judge that takes
+//                         all pairs of such boxes
+//   Safe/step             the safe step of a scene of two fifths of the fibers, as thin as it
+//                         takes for none to touch at the start, and all their impacts
 //   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7
 //   VolumeTests/<who>     tests of two volumes in the self query of frame 0, its leaf pairs and the
 //                         seconds of its traversal, and touching pairs. After --limit seconds

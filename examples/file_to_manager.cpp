@@ -43,7 +43,7 @@ void printPairs(const std::string& path, const fcl_fibers::io::FiberFileOptions&
   }
 
   fcl_fibers::FiberManagerOptions options;
-  options.report = fcl_fibers::Report::kCapsules;  // other shapes count by their boxes
+  options.report = fcl_fibers::Report::kCapsules;  // by default it is kVolumes
   options.ignored_neighbors = 1;
   Manager manager(options);
   const auto objects = fcl_fibers::makeObjects<double>(file.fibers);

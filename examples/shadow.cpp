@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
   simulate(manager, objects);
   print(manager.result());
 
-  // What a fault of the program looks like: it turns an object and forgets computeAABB().
+  // What a fault of the program looks like: it moves an object and forgets computeAABB().
   objects[0]->setTranslation(objects[500]->getTranslation());
   manager.update(objects[0].get());
   int touching = 0;

@@ -61,7 +61,7 @@ def overlapping(fibers):
     # [blocks]
     # Two streamlines that run side by side touch with dozens of segments, and a whole-brain
     # tractogram has more such pairs of segments than fit into memory: 10^9 of them take 8 GB as
-    # pairs(), and contacts() needs 16 times that. visit_pairs() passes blocks of them, of which
+    # pairs(), and contacts() needs 18 times that. visit_pairs() passes blocks of them, of which
     # only the pairs of streamlines are kept.
     tree = fcl_fibers.FiberTree(threads=2)
     tree.build(*fibers)

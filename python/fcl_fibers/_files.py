@@ -63,7 +63,11 @@ class Fibers(_Arrays):
 
 
 class FiberFileWarning(UserWarning):
-    """What a user of a file should know: unknown bytes, or data that a format cannot hold."""
+    """What a user of a file should know.
+
+    Such are columns that are not read, points too coarse for the radius, data that a format cannot
+    hold.
+    """
 
 
 def read(
@@ -84,8 +88,11 @@ def read(
                        for `radius_from`, or "type" of an .swc file. Of points, the last one of a
                        fiber counts.
 
+    Points are in the unit and the frame of the file. Those of a .trk file are in millimetres of
+    the scanner (RAS+). What is odd in a file is a FiberFileWarning.
+
     A file that cannot be opened raises OSError. A damaged one raises ValueError, which tells the
-    place.
+    place, and so does an option that does not fit the file.
     """
     radius = None if radius is None else _arrays.number("radius", radius)
     segments_per_span = _arrays.integer("segments_per_span", segments_per_span)

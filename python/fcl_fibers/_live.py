@@ -140,8 +140,8 @@ class LivePairs:
         """How far each point may move without a new contact: (points,) float64.
 
         If no point moves further than its own distance, no two segments touch then that do not
-        touch now. It is half of the gap to the nearest segment that it is not to touch, and at most
-        half of the skin. Points of no segment have infinity.
+        touch now. It is at most half of the gap to the nearest segment that it is not to touch, and
+        at most half of what is left of the skin. Points of no segment have infinity.
 
         skip_touching   pairs that touch do not count, because the program parts them; else their
                         points have 0
@@ -151,8 +151,8 @@ class LivePairs:
         of the tree does.
 
         A mesh as the partner stays where it is. Then no segment touches it, or is inside a solid,
-        that does not now. The distance is the whole gap, and at most the skin. With
-        skip_touching, a segment that touches the mesh or is inside does not count at all. Of
+        that does not now. The distance is the whole gap, or what is left of the skin if
+        that is less. With skip_touching, a segment that touches the mesh or is inside does not count at all. Of
         several partners, the least distance of all LivePairs is safe.
 
         ValueError is raised if the fibers or the mesh have changed since update(), or if there is

@@ -59,12 +59,16 @@ def show(
 
     points, offsets, radii, closed, radius    as in FiberTree.build(), or Fibers, which tell where
                                       they branch: show(fibers)
-    meshes                            where they are now
+    meshes                            drawn at their present poses
     ignored_neighbors, margin, threads    as in FiberTree; pairs that touch are marked
     depth        deepest level of volumes that the page can show, 0 to 8
-    most_points  of more, every nth fiber and point is drawn; contacts are those of all
+    most_points  the most points to draw, at least 1000; of more, every nth fiber and point is
+                 drawn, and contacts are those of all
     up           the axis that points up: "x", "y" or "z"
+    title        the name of the scene on the page
     height       of the frame in a notebook, in pixels
+
+    Wrong arrays or options, and fibers without a segment, raise ValueError or TypeError.
     """
     from . import _program
 

@@ -15,8 +15,9 @@ from ._arrays import ArrayLike
 class Shape:
     """A shape as plain numbers, in the frame and unit of the fibers.
 
-    It is the `other` of pairs(), contacts(), impacts() and safe_step(), which raise ValueError if
-    no shape has such numbers. Shapes do not change. They have the names of C++'s shapes.h.
+    It is the `other` of pairs(), contacts(), impacts(), impact_contacts() and safe_step(). They
+    raise ValueError if the numbers make no shape, such as a negative radius. Shapes do not change.
+    They have the names of C++'s shapes.h.
     """
 
     _kind: Any
@@ -92,7 +93,11 @@ class HalfSpaceShape(Shape):
 
 @dataclasses.dataclass(frozen=True)
 class PlaneShape(Shape):
-    """All points p with normal @ p = offset: a sheet without an end, which has two sides."""
+    """All points p with normal @ p = offset: a sheet without an end, which has two sides.
+
+    normal         (3,), of any length but 0
+    offset         a number: the height of the sheet along a normal of length 1
+    """
 
     _kind = _core.PlaneShape
     normal: ArrayLike

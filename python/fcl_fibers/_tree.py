@@ -36,7 +36,7 @@ class Volumes(NamedTuple):
     center    (n, 3) float64
     half      (n, 3) float64: half the edges of a box; a sphere's radius, three times
     offsets   (n + 1,) int64: volume v has segments[offsets[v]:offsets[v + 1]] below it
-    segments  int32, named as in pairs()
+    segments  (m,) int32, named as in pairs()
     """
 
     center: np.ndarray
@@ -343,7 +343,7 @@ class FiberTree:
                 then by the second one or the triangle. "fibers": ascending by the fiber of the
                 first segment, by that of the second, and then by segments.
         limit   more pairs raise ValueError, before a radius far too large fills the memory; by
-                default 1 GiB of them, if these are more than 256 for each segment
+                default 1 GiB of them, or 256 for each segment if these are more
         """
         number = _contacts.order_number(order)
         return self._tree.pairs(_core_of(other), number, _limit(limit))
@@ -354,7 +354,10 @@ class FiberTree:
         other: Optional[FiberTree] = None,
         block: int = 65536,
     ) -> bool:
-        """Calls visit(pairs) with at most `block` pairs at a time, for more than fit into memory.
+        """Calls visit(pairs) again and again, for more pairs than fit into memory.
+
+        pairs   (n, 2) int32, at most `block` of those of pairs(), in the order "found"
+        other   another tree; a mesh or a shape raises TypeError
 
         A true value that `visit` returns ends the query; an exception ends it and is passed on.
         Returns whether the query was ended.
@@ -390,7 +393,7 @@ class FiberTree:
 
         order, limit   as in pairs()
         bare    leaves out fibers, numbers and points, in less than half of the memory; contacts
-                with a mesh have all fields
+                with a mesh or a shape have all fields
         """
         number = _contacts.order_number(order)
         return self._tree.contacts(_core_of(other), number, _limit(limit), bool(bare))
@@ -630,7 +633,11 @@ class FiberTree:
         return True  # also of an empty tree
 
     def volumes(self, depth: int) -> Volumes:
-        """The volumes `depth` levels below the root, whose own depth is 0."""
+        """The volumes `depth` levels below the root, whose own depth is 0.
+
+        Segments that are less deep come as volumes of their own, so that every segment is in one.
+        A negative depth raises ValueError.
+        """
         return Volumes(*self._tree.volumes(_arrays.integer("depth", depth)))
 
     @property
@@ -673,7 +680,11 @@ class FiberTree:
 
 
 def root_segments(points: Points, offsets: Optional[ArrayLike], length: float) -> np.ndarray:
-    """How many segments of each fiber begin less than `length` along it, for build(): int32."""
+    """How many segments of each fiber begin less than `length` along it: (fibers,) int32.
+
+    This is `root_segments` of build(). Points and offsets are as there, and the length is in the
+    unit of the points. Wrong arrays raise ValueError or TypeError.
+    """
     array, begin = _arrays.points_and_offsets(points, offsets)
     radius = np.zeros(1, array.dtype)
     return _core.root_segments(

@@ -94,7 +94,7 @@ FCL_FIBERS_BENCHMARK_EXPORT void registerPeers();
 /// touching: detection with the exact test of two capsules in the callback. The command line may
 /// name scenes, as namedScene() takes them; otherwise the given ones are used.
 /// @return 0; or 1, with the reason on stderr, if the command line is wrong, if no manager was
-/// registered, or if a manager other than FCL's is wrong
+/// registered, or if a manager other than FCL's is wrong, crashes or throws
 FCL_FIBERS_BENCHMARK_EXPORT int run(int argc, char** argv,
                                     const std::vector<std::string>& scenes = {
                                         "paper-static:fibers=200"});
