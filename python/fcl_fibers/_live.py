@@ -151,9 +151,9 @@ class LivePairs:
         of the tree does.
 
         A mesh as the partner stays where it is. Then no segment touches it, or is inside a solid,
-        that does not now. The distance is the whole gap, or what is left of the skin if
-        that is less. With skip_touching, a segment that touches the mesh or is inside does not count at all. Of
-        several partners, the least distance of all LivePairs is safe.
+        that does not now. The distance is the whole gap, or what is left of the skin if that is
+        less. With skip_touching, a segment that touches the mesh or is inside does not count at
+        all. Of several partners, the least distance of all LivePairs is safe.
 
         ValueError is raised if the fibers or the mesh have changed since update(), or if there is
         no list because the skin is 0. Give LivePairs a skin to have one always.
