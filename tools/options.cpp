@@ -374,17 +374,15 @@ void addTrade(CLI::App& command, Arguments& arguments) {
   command.footer(
       "Turns each option of a FiberTree from its default" +
       std::string(arguments.generated.make ? ", and asks FCL's managers" : "") +
-      ".\nEvery answer is compared with the distances of all pairs, or of a random sample if "
-      "there\nare "
-      "too many. A contact is a pair that touches, or with --mesh a segment that does. Pairs\nthat "
-      "are near along one fiber, or across a branch, are no contacts. A false pair is\nreported "
-      "and is no contact. The program then prints the lines that set the fastest\nway "
-      "that "
-      "--miss, --false and --budget allow. If only a sample was judged, --miss and --false\ncount "
-      "with bounds of 97.5 % confidence. A setting ends if a frame takes longer than --longest or "
-      "finds\nmore "
-      "than "
-      "10,000,000 pairs. The next run of the same scene goes on with a run that was stopped.");
+      ".\n"
+      "Every answer is compared with the distances of all pairs, or of a random sample if there\n"
+      "are too many. A contact is a pair that touches, or with --mesh a segment that does. Pairs\n"
+      "that are near along one fiber, or across a branch, are no contacts. A false pair is\n"
+      "reported and is no contact. The program then prints the lines that set the fastest way\n"
+      "that --miss, --false and --budget allow. If only a sample was judged, --miss and --false\n"
+      "count with bounds of 97.5 % confidence. A setting ends if a frame takes longer than\n"
+      "--longest or finds more than 10,000,000 pairs. The next run of the same scene goes on with\n"
+      "a run that was stopped.");
 }
 
 void addView(CLI::App& command, Arguments& arguments) {

@@ -521,7 +521,7 @@ class Page(PageTest):
     def test_a_radius_far_too_large_ends_with_a_warning(self):
         """All segments touch: memory would run out."""
         page = self.make("helix:fibers=70,segments=100,radius=1000")
-        self.assertIn("more than 10,000,000 pairs touch", self.stderr)
+        self.assertIn("more than 10,000,000 pairs, so the page", self.stderr)
         self.open(page)
         self.assertIn("more than 10,000,000 touching pairs", self.text(".counts"))
         self.assertIn("the search stopped there", self.text(".drawn"))
