@@ -257,7 +257,7 @@ json sceneJson(const SceneSource& source, const Request& request,
   }
   if (stopped && !step) {
     warn(source.name, "a frame has more than " + countText(request.limit) +
-                          " pairs, so the page shows contacts of so many alone. The radius is "
+                          " pairs, so the page shows the contacts of that many. The radius is "
                           "probably too large.");
   }
   return scene;

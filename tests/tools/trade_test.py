@@ -150,8 +150,11 @@ class Trade(ProgramTest):
         """If this failed, a scene without contacts would be said to lose none."""
         scene = self.write("scene.txt", CROSSING)
         mesh = self.write("box.obj", box((0, 0, 0), (1, 1, 1)))
+        far = self.write("far.obj", box((100, 100, 100), (101, 101, 101)))
         for arguments, problem in (
-            ((scene, "--radius=0.001"), "has no contact"),
+            ((scene, "--radius=0.001"), "info` tells at which radius contact begins"),
+            ((scene, "--radius=0.001", "--end", scene), "or a longer step"),
+            ((scene, "--radius=0.001", "--mesh", far), "or a mesh in the frame and the unit"),
             ((scene,), "no radius"),
             ((scene, "--radius=1", "--miss=x"), "'x' is no SHARE such as 0.1%"),
             ((scene, "--radius=1", "--miss=5"), "'5' is no SHARE such as 0.1%"),
