@@ -43,11 +43,14 @@ FiberPolylines swing(FiberPolylines scene, double angle) {
 const std::string kStandardInput = "-";
 
 /// Texts of the library name options as C++ does.
-std::string asOnTheCommandLine(std::string text) {
+/// @param path  what the text may name before them, which stays
+std::string asOnTheCommandLine(std::string text, const std::string& path = {}) {
+  const std::size_t named = text.find(path);
+  const std::size_t begin = named == text.npos ? 0 : named + path.size();
   constexpr std::pair<std::string_view, std::string_view> kOptions[] = {
       {"radius_from", "--radius-from"}, {"groups_from", "--groups-from"}};
   for (const auto& [option, flag] : kOptions) {
-    for (std::size_t at = text.find(option); at != text.npos; at = text.find(option, at)) {
+    for (std::size_t at = text.find(option, begin); at != text.npos; at = text.find(option, at)) {
       text.replace(at, option.size(), flag);
     }
   }
@@ -61,9 +64,9 @@ io::FiberFile read(const std::string& path, const io::FiberFileOptions& options)
   }
   return io::readFibers(path, options);
 } catch (const std::invalid_argument& error) {
-  throw std::invalid_argument(asOnTheCommandLine(error.what()));
+  throw std::invalid_argument(asOnTheCommandLine(error.what(), path));
 } catch (const std::runtime_error& error) {
-  throw std::runtime_error(asOnTheCommandLine(error.what()));
+  throw std::runtime_error(asOnTheCommandLine(error.what(), path));
 }
 
 /// Returns why a tree could not hold the points. Its own error could not name the file.

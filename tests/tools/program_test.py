@@ -416,6 +416,10 @@ class Radii(ProgramTest):
         self.assertEqual(read_vtp(out)[2]["radius"], [3, 0.5, 3])
         self.run_program("check", path, "--radius-from", 2, code=2)
         self.assertIn("--radius-from is '2'", self.stderr)
+        path = self.write("groups_from.txt", "0 0 0\n1 0 0\n")
+        self.run_program("check", path, "--groups-from", 4, code=2)
+        self.assertIn("groups_from.txt', line 1: ", self.stderr)
+        self.assertIn("--groups-from is 4", self.stderr)
 
 
 class Packed(ProgramTest):
