@@ -21,8 +21,8 @@ import sets
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "benchmarks"
 SET_HELP = {
-    "full": "the tables of docs/measured, in three and a half hours. It takes 6 GB of memory, and "
-    "up to 20 GB if the machine has it",
+    "full": "the table of docs/performance.md and most of docs/measured, in three and a half "
+    "hours. It takes 6 GB of memory, and up to 20 GB if the machine has it",
     "trade": "docs/trade.md: what options cost and miss on fifteen scenes, and narrow phases, in "
     "20 minutes. It adds real hair if FCL_FIBERS_DATA names the folder of "
     "tressfx31_ponytail_tail.tfx",
@@ -30,7 +30,7 @@ SET_HELP = {
     "python": "docs/python.md: a step of the Python package, beside other ways and C++, in 10 "
     "minutes",
     "card": "FCL's managers as they are and ours on the paper's scenes, in double and in float, in "
-    "50 minutes",
+    "an hour",
     "threads": "what 2, 4, ... and all cores of the machine gain, in 3 minutes",
 }
 PACKAGES = (

@@ -230,13 +230,15 @@ def scene_table(scene):
         "closed-form test of two capsules in the callback. 'And collide' is the library's own "
         "collide(); its detection and ~ are scaled up from the sample, and how far ~ is from the "
         "count of 'and test' tells how good the sample is. Only FCL's managers read boxes "
-        "that somebody has written. A tree of FCL's that was fastest in some phases alone, "
-        "when all were tried, has only these."
+        "that somebody has written. A tree of FCL's or coal's that was fastest in some phases "
+        "alone, when all were tried, has only these."
     )
     if scene.name == "paper-dynamic":
         steps = count(scene.median(BOXES, "frames"))
         caption += f" Times and pairs are sums over {steps} steps."
-        caption += " Touching pairs are of the middle step."
+        caption += (
+            " So are touching pairs in rows with a test. In others they are of the middle step."
+        )
     if not_timed(scene):
         caption += f" Not timed: {'; '.join(not_timed(scene))}."
     return Table(f"scene {scene.name}", scene.title(), header, rows, caption)

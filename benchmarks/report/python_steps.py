@@ -57,8 +57,8 @@ READ_STEPS = (
 READ_COSTS = (
     "Python and C++ take turns with the same steps, of 100,000 segments. More is the median of the "
     "ratios of turns, with its 95 % interval. C++ fills one vector again and again, Python makes "
-    "an array for each step; so does C++ in the rows with a new vector. The last row is of whole "
-    "processes, which import the package or NumPy alone."
+    "an array for each step; C++ makes one, too, in the rows with a new vector. The last row is of "
+    "whole processes, which import the package or NumPy alone."
 )
 
 LARGE = ("helix-1000", "bundles-1000")

@@ -77,6 +77,7 @@ class Report:
             self.missing = []
         self.blocks, self.main, self.files = [], [], {}
         self.on_page_alone = set()
+        self.linked_by_none = set()  # tables for which no document has a place
 
     def has(self, files):
         return any(re.fullmatch(files, name) for name in self.parts)
@@ -250,6 +251,8 @@ def card_of_managers(folder):
 def gains_of_threads(folder):
     report = Report("threads", "What threads gain", folder)
     report.blocks += threads.tables(report.parts)
+    kept = (threads.JOBS, threads.IN_DOCUMENTS)
+    report.linked_by_none = {name for name in report.tables() if not name.startswith(kept)}
     return report
 
 
@@ -297,7 +300,7 @@ def write_documents(report, root):
             return f"{head}\n{tables[name].markdown()}\n\n{report.source(name, command)}\n\n{foot}"
         return mark[0]
 
-    alone = report.on_page_alone | marked.keys()
+    alone = report.on_page_alone | report.linked_by_none | marked.keys()
     others = {name: table for name, table in tables.items() if name not in alone}
 
     command = "benchmarks/run.sh" + ("" if report.kind == "headline" else f" --{report.kind}")

@@ -86,7 +86,7 @@ class Part:
 def key_of(run):
     """Kind and name, without the scene where it ends the name: the file is of one."""
     words = re.split("/(?:iterations:|repeats:|manual_time)", run["run_name"])[0].split("/")
-    ends = {"Tried": 3, "Checked": 3, "Frames": 3, "Replay": 3, "Chain": 3}
+    ends = {"Tried": 3, "Checked": 3, "Frames": 3, "Replay": 3}
     return words[0], "/".join(words[1 : ends.get(words[0])])
 
 

@@ -40,7 +40,7 @@ def of_frames(parts):
 
 def of_others(parts):
     found = [row for row in obstacles.rows_of(parts) if row.faster]
-    hair = [row.ratio for row in found if ": by arrays" in row.what]
+    hair = [row.ratio for row in found if ": by the manager" in row.what]
     if hair:
         yield "hair that touches its head: FCL's tree and fcl::collide", least(hair)
     moved = [found.against_the_fastest() for found in motion.motions_of(parts).values()]

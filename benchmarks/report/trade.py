@@ -163,7 +163,7 @@ def costs(part):
 
 def tapers(part):
     rows = []
-    for name in filter(partial(is_beside, part), part.names("Costs")):
+    for name in filter(partial(is_beside, part), sorted(part.names("Costs"))):
         what = name.split("neighbours by number, ")[1]
         what += "" if ", " in what else ", pairs"
         rows.append([what, median_of(part.runs("Costs", name, "times")).text()])
@@ -174,7 +174,7 @@ def tapers(part):
 
 def unused(part):
     rows = []
-    for name in part.names("Unused"):
+    for name in sorted(part.names("Unused")):
         runs = part.ratios("Unused", name, "with", "without")
         with_it, without = part.medians("Unused", name, "bytes_with", "bytes_without")
         rows.append([name.replace("/", ": ", 1), median_of(runs).text(), count(with_it - without)])
