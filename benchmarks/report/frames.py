@@ -236,9 +236,8 @@ def scene_table(scene):
     if scene.name == "paper-dynamic":
         steps = count(scene.median(BOXES, "frames"))
         caption += f" Times and pairs are sums over {steps} steps."
-        caption += (
-            " So are touching pairs in rows with a test. In others they are of the middle step."
-        )
+        caption += " Touching pairs of rows with a test are such sums, too."
+        caption += " Those of other rows are of the middle step."
     if not_timed(scene):
         caption += f" Not timed: {'; '.join(not_timed(scene))}."
     return Table(f"scene {scene.name}", scene.title(), header, rows, caption)

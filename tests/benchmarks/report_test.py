@@ -417,11 +417,17 @@ class ReportTest(unittest.TestCase):
             for name in names:
                 path = self.folder / f"{source.split('_')[0]}_{name}.json"
                 shutil.copy(HERE / "results" / "full" / f"{source}.json", path)
+        times = {"arrays": 2.0, "manager": 5.0, "Dynamic": 300.0}
+        sets = ("all segments", "without roots")
+        times = {f"Touching/{of}/{who}": all_ for of in sets for who, all_ in times.items()}
+        for scene in ("combed", "cap"):
+            self.set_obstacles(scene, times)
         for path in self.folder.iterdir():
             self.edit(path.stem, lambda run: True, machine="one")
         mark = self.MARK.format("summary")
         text, _ = self.documented("full", a=mark)
         self.assertNotIn("old", text["a"])
+        self.assertEqual(self.row(text["a"], "hair that touches")[0], "60x (60 to 60)")
         (self.folder / "motion_5.json").unlink()
         text, _ = self.documented("full", a=mark)
         self.assertIn("old", text["a"])
@@ -949,6 +955,10 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(self.row(table, "helix, 200 segments")[0], "1 thread")
         self.assertEqual(len(self.row(table, "plain loop over the points")), 5)
         self.assertIn("Not measured: threads_helix-2000, threads_cap.", table)
+        for cores, linked in ((2, False), (16, True)):
+            self.edit("threads_helix", lambda run: True, machine=f"one, {cores} cores")
+            _, files = self.documented("threads")
+            self.assertEqual(f"threads_{cores}_cores_helix.csv" in files, linked)
 
     def test_threads_that_find_other_pairs_end_the_report(self):
         """If this failed, a tree would seem fast because it misses pairs on many threads."""
