@@ -123,6 +123,6 @@ def candidates(part):
                 raise ValueError(f"{part.file}: {shape}: {others} touching, FCL {touching}")
         each = [digits(pairs / touching) for pairs, _ in found.values()]
         rows.append([shape, count(touching), *each])
-    header = ["10,000", "touching", "ours", "ours after computeAABB()", "FCL's tree"]
+    header = ["10,000", "touching", "ours", "ours after computeAABB()", "FCL's tree, stock boxes"]
     caption = "Pairs reported for each pair that touches, as fcl::collide decides."
     return Table("candidates", "Candidates", header, rows, caption)

@@ -18,6 +18,7 @@ from tables import MARK, documents
 
 FIGURE = re.compile(r"(<!-- =([^\n]+?) > ([^\n]+?) > ([^\n]+?) -->)([^<]*)(<!-- -->)")
 START = "<!-- ="
+FIRST_IN_LINE = re.compile(r"^\s*" + START, re.MULTILINE)
 SIGN, NUMBER, UNIT = r"about |[~>]?", r"-?[\d,]*\.?\d+(?:e-?\d+)?", r" ?(?:%|s|ms|us|ns|M|x)?"
 CELL = re.compile(rf"({SIGN})({NUMBER})({UNIT})(?: to ({SIGN})({NUMBER})({UNIT}))?(?= |$)")
 EMPTY = ("-", "\N{EN DASH}", "not given", "")
@@ -128,6 +129,8 @@ def fill(root, write=True):
         renewed, count = FIGURE.subn(figure, text)
         if count != text.count(START):
             raise ValueError(f"{path.name}: a mark that begins with '{START}' is not complete")
+        if FIRST_IN_LINE.search(text):
+            raise ValueError(f"{path.name}: a mark at the beginning of a line ends its paragraph")
         if renewed != text:
             changed.append(path.relative_to(root).as_posix())
             if write:

@@ -49,6 +49,14 @@ def ratio_cell(scene, row):
     return ratio.text(row in WITH_BOXES)
 
 
+def times_cell(scene, row):
+    ratio, of = scene.ratio(row), ratios.ROWS[row]
+    if ratio is None:
+        return "-"
+    theirs = scene.median(ratio.against, of.key)
+    return f"{time(theirs)} / {time(scene.median(of.ours, of.our_key or of.key))}"
+
+
 def row_title(scenes, row):
     """With the size of the sample, where the library's own test was not called on all pairs."""
     if row in NOTES:
@@ -131,7 +139,7 @@ VARIANTS = {
 
 
 def at_their_best(parts):
-    """FCL's, the grid's and our builds and scalars: a row for each scene and row of ratios()."""
+    """FCL's, the grid's and our builds and scalars: two rows for each scene and row of ratios()."""
     rows = []
     found = {}
     for name, part in chosen(parts, "best").items():
@@ -139,11 +147,10 @@ def at_their_best(parts):
         found.setdefault(scene, {})[variant] = Scene(scene, part)
     for name, scenes in found.items():
         for row in (ratios.TIGHT, ratios.UPDATE, ratios.TOUCHING_TEST, ratios.GRID_TEST):
-            cells = [
-                ratio_cell(scenes[variant], row) if variant in scenes else "-"
-                for variant in VARIANTS
-            ]
-            rows.append([f"{next(iter(scenes.values())).title()}: {row}", *cells])
+            title = f"{next(iter(scenes.values())).title()}: {row}"
+            for what, cell in ((title, ratio_cell), (f"{title}, time of both", times_cell)):
+                cells = [cell(scenes[of], row) if of in scenes else "-" for of in VARIANTS]
+                rows.append([what, *cells])
     header = [SPEED_UP, *VARIANTS.values()]
     return Table("best-builds", "FCL at its best", header, rows, ratios.READ)
 

@@ -128,14 +128,19 @@ def told(parts, key):
     return " and ".join(known or found)
 
 
+def libraries_of(parts):
+    """With their versions, each once; nothing if no part tells."""
+    lists = [part.context.get("libraries", "unknown") for part in parts.values()]
+    words = [word for text in lists if text != "unknown" for word in text.split(", ")]
+    return ", ".join(dict.fromkeys(words))
+
+
 def circumstances(parts, beside=None):
     """One line: machine, compiler, build type, versions of libraries, commit and hash of code.
     `beside`: parts of the same set, which tell the libraries that these do not."""
-    machine, compiler, build_type, libraries, commit, code = (
-        told(parts, key)
-        for key in ("machine", "compiler", "build_type", "libraries", "commit", "code")
+    machine, compiler, build_type, commit, code = (
+        told(parts, key) for key in ("machine", "compiler", "build_type", "commit", "code")
     )
-    if libraries == "unknown":
-        libraries = told(beside or parts, "libraries")
-    libraries = "" if libraries == "unknown" else f"{libraries}; "
+    libraries = libraries_of(parts) or libraries_of(beside or {})
+    libraries = f"{libraries}; " if libraries else ""
     return f"{machine}; {compiler}, {build_type}; {libraries}commit {commit}, code {code}."

@@ -329,7 +329,7 @@ class ReportTest(unittest.TestCase):
         self.take("full")
         for path in self.folder.iterdir():
             self.edit(path.stem, lambda run: True, machine="one")
-        figure = "<!-- =ratios > Update: FCL > * -->old<!-- -->\n"
+        figure = "It is <!-- =ratios > Update: FCL > * -->old<!-- -->\n"
         marks = self.MARK.format("summary") + self.MARK.format("ratios")
         text, files = self.documented("full", a=marks + figure)
         self.assertIn("scene_helix.csv", files)
@@ -354,14 +354,14 @@ class ReportTest(unittest.TestCase):
         (self.root / "README.md").write_text("")
 
         def filled(*marks):
-            marks = [f"<!-- ={mark} -->old<!-- -->" for mark in marks]
+            marks = [f"of <!-- ={mark} -->old<!-- -->" for mark in marks]
             page.write_text("\n".join([table, *marks]))
             self.assertEqual(figures.fill(self.root, write=False), ["docs/a.md"])
             self.assertTrue(page.read_text().endswith("old<!-- -->"))
             figures.fill(self.root)
             self.assertEqual(figures.fill(self.root), [])
             lines = page.read_text().splitlines()[-len(marks) :]
-            return [re.sub("<!--.*?-->", "", line) for line in lines]
+            return [re.sub("<!--.*?-->", "", line).removeprefix("of ") for line in lines]
 
         self.assertEqual(filled("t > a: b > one", "t > a: b > two"), ["4.4 times", "~31.0 s"])
         self.assertEqual(filled("t > a: bc > one", "t > a: d > *"), ["0.7", "0.5 to >1,200"])
@@ -379,6 +379,9 @@ class ReportTest(unittest.TestCase):
         ):
             with self.assertRaisesRegex(ValueError, error):
                 filled(mark)
+        page.write_text(f"{table}\nText\n  <!-- =t > a: bc > one -->0.7<!-- --> goes on.")
+        with self.assertRaisesRegex(ValueError, "ends its paragraph"):
+            figures.fill(self.root)
 
     def test_a_main_table_has_a_column_for_each_machine(self):
         """If this failed, a second machine would replace the first, or hide how old it is."""
@@ -506,6 +509,25 @@ class ReportTest(unittest.TestCase):
             for on in ("1 thread", "2 threads"):
                 names = [line for line in text.splitlines() if f"| {phase}: Embree, {on}" in line]
                 self.assertEqual(len(names), 2)  # how fast, and which of Embree's ways
+
+    def test_builds_of_fcl_tell_whose_time_has_changed(self):
+        """If this failed, a ratio could grow because another build makes FCL slower, unseen."""
+        self.take("full", "best_helix_debian", "best_helix_float")
+        kept = "FCL 0.7.0, Bullet 3.24, Embree 3.13.5"
+        self.edit("best_helix_float", lambda run: True, libraries=kept)
+        for name, times in (("debian", (6.0, 2.0)), ("float", (9.0, 2.0))):
+            values = dict(zip(("Frames/Dynamic", "Frames/LayeredAABBTree/boxes/"), times))
+            values = {start: {"update": seconds} for start, seconds in values.items()}
+            self.put(f"best_helix_{name}", values)
+        text, files = self.documented("full", a=self.MARK.format("summary"))
+        with open(files["best-builds.csv"], newline="") as file:
+            rows = {row[0]: row for row in csv.reader(file)}
+        (row,) = (row for name, row in rows.items() if name.endswith(": Update: FCL"))
+        self.assertRegex(row[1], r"^3\.0x")
+        self.assertRegex(row[3], r"^4\.5x")
+        row = rows[row[0] + ", time of both"]
+        self.assertEqual(row[1:4], ["6.00 s / 2.00 s", "\N{EN DASH}", "9.00 s / 2.00 s"])
+        self.assertIn(f"; {kept}, coal 3.0.3; commit", list(rows)[-1])
 
     def test_managers(self):
         """If this failed, nobody would see where a manager is slower than FCL's."""
@@ -996,8 +1018,12 @@ class ReportTest(unittest.TestCase):
         row = "half scalp: boxes, as published"
         self.assertRegex(self.row(self.made("paper"), row)[2], r"^\d")
         self.edit("long_half-scalp_LayeredAABBTree", ended)
-        found = self.row(self.made("paper"), row)[2]
-        self.assertRegex(found, r"^>60 s in detection; about \d")
+        text = self.made("paper")
+        self.assertRegex(self.row(text, row)[2], r"^>60 s in detection; about \d")
+        for row in ("As published / by default, boxes", "The paper's boxes / ours as published"):
+            for phase, estimates in (("detection", 1), ("update", 0)):
+                cells = self.row(text, f"{row}: {phase}")
+                self.assertEqual(sum(cell.startswith("about ") for cell in cells), estimates)
 
     def test_paper_tells_an_estimate_from_a_count(self):
         """If this failed, a sample of a traversal would stand as the whole."""
@@ -1024,7 +1050,20 @@ class ReportTest(unittest.TestCase):
         times |= {"LayeredAABBTree/boxes": 0.5}
         values = {f"Frames/{name}": {"detection": seconds} for name, seconds in times.items()}
         self.put("table_half-scalp", values)
+        tests = {"LayeredAABBTree": {"volume_tests": 5e7, "share": 1.0}}
+        tests |= {"WrappedSphereTree": {"volume_tests": 4e8, "share": 1.0}}
+        tests = {f"VolumeTests/{name}/super_thread/": made for name, made in tests.items()}
+        self.put("tests_half-scalp", tests)
+        for name, pairs in (("LayeredAABBTree", 2e6), ("WrappedSphereTree", 6e6)):
+            self.put("table_half-scalp", {f"Checked/{name}/super_thread/": {"pairs": pairs}})
         text = self.made("paper")
+        for row, value in (
+            ("Spheres / boxes, as published: pairs", "3.0"),  # 6 / 2 million
+            ("Our detection with boxes / our volume tests", "40 ns"),  # 2 s / 50 million
+            ("Our detection with spheres / our volume tests", "15 ns"),  # 6 s / 400 million
+            ("The paper's detection with spheres / our volume tests", "4,962 ns"),  # 1984.78 s
+        ):
+            self.assertEqual(self.row(text, row), ["-", value])
         row = self.row(text, "Spheres / boxes, as published: detection")
         self.assertEqual(row, ["20", "3.0"])  # 1984.78 s / 100.531 s; 6 s / 2 s
         row = self.row(text, "The paper's boxes / ours as published: detection")
