@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Measures this library and its peers.
 
-Missing packages are installed, and what is measured is built. A set goes on where it was ended:
+It runs on Debian, and builds what it measures. It installs missing packages by apt, as root or with
+sudo. coal, Embree 4 and the peers of Python come from PyPI, and FCL's source from Debian, into
+build/benchmarks. What cannot be fetched is left out and named. A set goes on where it was ended:
 what was measured of this code is kept. All times are of 2 cores and do not include the build.
 Results, tables, picture and page go to build/benchmarks/results. To write the tables into the
 documents:
@@ -23,11 +25,11 @@ BUILD = ROOT / "build" / "benchmarks"
 SET_HELP = {
     "full": "the table of docs/performance.md and most of docs/measured, in three and a half "
     "hours. It takes 6 GB of memory, and up to 20 GB if the machine has it",
-    "trade": "docs/trade.md: what options cost and miss on fifteen scenes, and narrow phases, in "
-    "20 minutes. It adds real hair if FCL_FIBERS_DATA names the folder of "
+    "trade": "docs/trade.md: what options cost and miss on fourteen scenes, and narrow phases, in "
+    "20 minutes. A fifteenth, real hair, is measured if FCL_FIBERS_DATA names the folder of "
     "tressfx31_ponytail_tail.tfx",
     "paper": "the paper's Table I, figures, pictures and claims, in 110 minutes",
-    "python": "docs/python.md: a step of the Python package, beside other ways and C++, in 10 "
+    "python": "docs/python.md: a step of the Python package, beside others and C++, in 10 "
     "minutes",
     "card": "FCL's managers as they are and ours on the paper's scenes, in double and in float, in "
     "an hour",
@@ -50,7 +52,8 @@ def parse(arguments):
         prog="benchmarks/run.sh",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Without the name of a set it measures the README's table, in 15 minutes.",
+        epilog="Without the name of a set it measures the README's table (SET is headline), in 15 "
+        "minutes.",
         allow_abbrev=False,
     )
     group = parser.add_mutually_exclusive_group()
@@ -65,7 +68,10 @@ def parse(arguments):
     parser.add_argument("--again", action="store_true", help="measure what is measured already")
     parser.add_argument("--list", action="store_true", help="print the measures of the set")
     parser.add_argument(
-        "--hair", metavar="FILE", type=Path, help="the fibers of a file instead of the scenes"
+        "--hair",
+        metavar="FILE",
+        type=Path,
+        help="the fibers of a file instead of the scenes; alone, with --full or with --paper",
     )
     parser.add_argument("--radius", help="their radius in the file's unit, if the file has none")
     options = parser.parse_args(arguments)

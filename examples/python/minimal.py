@@ -4,7 +4,7 @@ import numpy as np
 import fcl_fibers
 
 points = np.array([[-1, 0, 0], [0, 0, 0], [1, 0, 0], [0.5, -1, 0.15], [0.5, 1, 0.15]])
-offsets = [0, 3, 5]  # the first fiber has three of the points, the second two
+offsets = [0, 3, 5]  # where fibers begin, and the end
 
 tree = fcl_fibers.FiberTree()
 tree.build(points, offsets, radii=0.1)
