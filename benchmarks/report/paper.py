@@ -12,11 +12,12 @@ from tables import Table, count, time
 
 STATIC = (
     "Static assembly of 100 segments per fiber, turned. Boxes and spheres report volumes that "
-    "overlap. 'kCapsules' reports capsules that touch."
+    "overlap. 'kCapsules' reports capsules that touch. SaP finds its pairs in its update."
 )
 REPLAY = (
     "150 fibers of 100 segments bend from straight to a loop in 100 steps. Each manager lives "
-    "through all of them. A step's time is the median of the replays."
+    "through all of them. A step's time is the median of the replays. SaP finds its pairs in its "
+    "update."
 )
 CAGES = "Share of cages that were recomputed. The trees are built once."
 TREES = "The boxes of eight nodes over the same six fibers."

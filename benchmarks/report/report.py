@@ -217,6 +217,7 @@ def paper_again(folder):
     for name, title in paper.AXES.items():
         if name in parts:
             report.add(name, frames.scene_table, frames.Scene(title, parts[name]))
+            report.linked_by_none.add(report.blocks[-1].name)  # The claims have what it tells.
     for name, (title, draw) in paper_pictures.PICTURES.items():
         if "pictures" in parts:
             caption = paper_pictures.caption(parts["pictures"], name)

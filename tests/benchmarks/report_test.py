@@ -1141,6 +1141,16 @@ class ReportTest(unittest.TestCase):
         row = "spheres by Welzl, kept where it was while no leaf leaves it"
         self.assertEqual(self.row(self.made("paper"), row), ["3.0 / 25 % / 1.500"])
 
+    def test_paper_writes_no_table_that_no_page_links(self):
+        """If this failed, measuring would leave files that the test of links refuses."""
+        self.take("paper")
+        for path in self.folder.iterdir():
+            self.edit(path.stem, lambda run: True, machine="one")
+        self.assertIn("## all but straight, turned", self.made("paper"))
+        files = self.documented("paper", a=self.MARK.format("table-1"))[1]
+        self.assertIn("paper-claims.csv", files)
+        self.assertEqual([name for name in files if name.startswith("scene_")], [])
+
     def test_paper_has_its_figures_in_numbers(self):
         """If this failed, a manager would have another's times, or a single time would pass for a
         median."""

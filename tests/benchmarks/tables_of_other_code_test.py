@@ -38,9 +38,9 @@ SOURCE = re.compile(
     r"code (?P<codes>[0-9a-f]{12}(?: and [0-9a-f]{12})*)\b"
 )
 
-# What a code is of. Tables of earlier commits have one of comments, or of what measures nothing,
+# What a code is of. Tables of earlier commits have one of comments and of what measures nothing,
 # too.
-CODES = ((without_comments, is_measured), (as_it_is, is_measured), (as_it_is, bool))
+CODES = ((without_comments, is_measured), (as_it_is, bool))
 
 # A machine with this many cores measures when there is one. The log has what was.
 SECOND_MACHINE = re.compile(r"_\d+_cores")
