@@ -67,7 +67,7 @@ def panels_figure(panels):
         for handle, label in zip(*axis.get_legend_handles_labels()):
             handles.setdefault(label, handle)
     place = {"loc": "upper center", "bbox_to_anchor": (0.5, 0), "ncol": 4, "fontsize": 8.8}
-    place["handlelength"] = 3  # A shorter line does not tell dashes from dashes and dots.
+    place["handlelength"] = 4  # A shorter line does not tell dashes from dashes and dots.
     figure.legend(handles.values(), handles.keys(), **place)
     figure.tight_layout()
     return png(figure)
