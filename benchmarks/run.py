@@ -3,10 +3,10 @@
 
 It runs on Debian, and builds what it measures. It installs missing packages by apt, as root or with
 sudo. coal, Embree 4 and the peers of Python come from PyPI, and FCL's source from Debian, into
-build/benchmarks. What cannot be fetched is left out and named. A set goes on where it was ended:
-what was measured of this code is kept. All times are of 2 cores and do not include the build.
-Results, tables, picture and page go to build/benchmarks/results. To write the tables into the
-documents:
+build/benchmarks. A peer that cannot be fetched is left out and named. A set goes on where it was
+ended: what was measured of this code is kept. All times are of 2 cores and do not include the
+build. Results, tables, picture and page go to build/benchmarks/results. To write the tables into
+the documents:
 
   /usr/bin/python3 benchmarks/report/report.py SET build/benchmarks/results/SET --docs .
 """

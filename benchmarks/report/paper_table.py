@@ -189,8 +189,7 @@ def table_one(parts, hard):
 def quotient(a, b, is_estimate=False):
     if not a or not b:
         return "-"
-    text = digits(a / b, 2 if a / b < 100 or is_estimate else 3)
-    return f"about {text}" if is_estimate else text
+    return "about " * is_estimate + digits(a / b, 2)
 
 
 def paper_seconds(case, volume, phase):

@@ -324,9 +324,9 @@ void printPage(const std::string& folder, const std::vector<std::string>& wanted
          "their default tolerance.\n"
          "* **FCL's other managers** have the closed form. The cells of its "
          "`SpatialHashingCollisionManager` are a twentieth of\n  the longest side of the scene. "
-         "Which object of a pair comes first may depend on addresses. All tests except ours round\n"
-         "  by it, so numbers of pairs may differ from run to run, and a row that is nearly right "
-         "may be right. A row that takes\n  some 10 seconds may hang or not.\n";
+         "Which object of a pair comes first may depend on addresses, and peers\n"
+         "  may round by it. So their numbers of pairs may differ from run to run, and so may\n"
+         "  their numbers of right rows. A row that takes about 10 seconds hangs in some runs.\n";
   for (const std::string& line : peerTexts()) std::cout << "* " << line << '\n';
   std::cout
       << "\nPeers are found where `CMAKE_PREFIX_PATH` leads to them; PyPI's coal is in the "
