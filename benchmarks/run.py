@@ -52,8 +52,8 @@ def parse(arguments):
         prog="benchmarks/run.sh",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Without the name of a set it measures the README's table (SET is headline), in 15 "
-        "minutes.",
+        epilog="Without the name of a set it measures the README's table (SET is headline), in 30 "
+        "to 45 minutes.",
         allow_abbrev=False,
     )
     group = parser.add_mutually_exclusive_group()
@@ -64,6 +64,14 @@ def parse(arguments):
         metavar="NAME",
         help="only the measures whose names begin with it, such as obstacles of --full or "
         "trade_yarn of --trade",
+    )
+    parser.add_argument(
+        "--processes",
+        metavar="N",
+        type=int,
+        choices=range(1, 10),
+        help="how many processes measure each scene of the README's table, 3 if it is not told. "
+        "They differ more than the runs of one",
     )
     parser.add_argument("--again", action="store_true", help="measure what is measured already")
     parser.add_argument("--list", action="store_true", help="print the measures of the set")
@@ -82,9 +90,13 @@ def parse(arguments):
         parser.error(f"--hair does not go with --{options.set}")
     if options.hair and options.only:
         parser.error("--only does not go with --hair")
+    if options.processes and (options.set != "headline" or options.hair):
+        parser.error("--processes goes with the README's table alone")
     if options.hair and not options.hair.is_file():
         parser.error(f"--hair: {options.hair} is no file")
     options.measures = measures(options)
+    is_readme = options.set == "headline" and not options.hair
+    options.processes = (options.processes or 3) if is_readme else 1
     if not options.measures:
         parser.error(f"--only {options.only}: this set has no measure of that name")
     return options
@@ -214,12 +226,18 @@ def is_measured(path, code):
     return path.exists() and f'"code": "{code}"' in path.read_text(encoding="utf-8")
 
 
+def results_of(measure, process, data):
+    """Its file, as benchmarks/report/results.py reads it."""
+    return data / f"{measure.name}{f'.{process}' * (process > 1)}.json"
+
+
 def measure_all(due, data):
     """A measure that fails or is ended leaves no results. Returns whether all went well."""
     right, start = True, time.monotonic()
-    for one in due:
-        print(f"{time.monotonic() - start:4.0f} s  {one.name}", file=sys.stderr)
-        path, part = data / f"{one.name}.json", data / f"{one.name}.part"
+    for one, process in due:
+        path = results_of(one, process, data)
+        print(f"{time.monotonic() - start:4.0f} s  {path.stem}", file=sys.stderr)
+        part = path.with_suffix(".part")
         path.unlink(missing_ok=True)
         command = [*command_of(one, data), f"--benchmark_out={part}"]
         env = {**os.environ, **one.env}
@@ -262,24 +280,29 @@ def main(arguments):
         ["/usr/bin/python3", "-B", ROOT / "benchmarks" / "report" / "code_hash.py"],
         **{"check": True, "capture_output": True, "text": True},
     ).stdout.strip()
-    due = options.measures
+    # All measures, then all again: so the processes of one are far apart.
+    due = [(one, 1 + i) for i in range(options.processes) for one in options.measures]
     if not (options.again or options.hair):
-        due = [one for one in due if not is_measured(data / f"{one.name}.json", code)]
-        if len(due) < len(options.measures):
-            done = len(options.measures) - len(due)
+        count = len(due)
+        due = [one for one in due if not is_measured(results_of(*one, data), code)]
+        if len(due) < count:
+            done = count - len(due)
             print(f"{done} measures of this code are kept; --again repeats them", file=sys.stderr)
     os.environ["FCL_FIBERS_COMMIT"] = git("describe", "--always", "--dirty")
     os.environ["FCL_FIBERS_CODE"] = code
     os.environ["PYTHONPATH"] = str(BUILD / "python")
+    for path in data.glob("*.[2-9].json"):
+        if not is_measured(path, code):
+            path.unlink()  # It would be one of more processes than are asked for now.
     if due:
-        programs = {one.program for one in due}
+        programs = {one.program for one, _ in due}
         if options.set == "paper" and not options.hair:
             programs.add("paper")
         build(programs)
         for program, make in (("native", build_native), ("embree_4", embree_4)):
             if program in programs and not make():
-                due = [one for one in due if one.program != program]
-        if any("{data}/scenes" in " ".join(one.words) for one in due):
+                due = [(one, process) for one, process in due if one.program != program]
+        if any("{data}/scenes" in " ".join(one.words) for one, _ in due):
             (data / "scenes").mkdir(exist_ok=True)
             run("/usr/bin/python3", "-B", ROOT / "docs" / "pictures" / "scenes.py", data / "scenes")
     right = measure_all(due, data)

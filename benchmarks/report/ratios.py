@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import interval
 import numpy as np
+import pandas as pd
 from tables import digits
 
 BOXES, CAPSULES = "LayeredAABBTree/boxes", "LayeredAABBTree/capsules"
@@ -127,12 +128,19 @@ class Ratio:
 
 
 def ratio_of(theirs, ours, against=""):
-    """Of two series of runs: of each of the shorter one and that of the other which ended next to
-    it. A machine that is shared is slow for seconds at a time, for both."""
+    """Of two series of runs: the median of their ratios, each of two of one process."""
+    theirs, ours = map(interval.by_process, (theirs, ours))
+    ratios = {one: ratios_of(theirs[one], ours[one]) for one in sorted(theirs.keys() & ours.keys())}
+    return median_of(pd.concat(ratios), against)
+
+
+def ratios_of(theirs, ours):
+    """Of two series of one process: of each run of the shorter one and that of the other which ended
+    next to it. A machine that is shared is slow for seconds at a time, for both."""
     fewer, more = sorted((theirs, ours), key=len)
     nearest = np.abs(np.subtract.outer(fewer.index, more.index)).argmin(axis=1)
     ratios = fewer / more.to_numpy()[nearest]
-    return median_of(ratios if fewer is theirs else 1 / ratios, against)
+    return ratios if fewer is theirs else 1 / ratios
 
 
 def median_of(ratios, against=""):
@@ -146,8 +154,8 @@ def few(runs):
 
 
 def boxes_of(name):
-    """`tight` or `stock`, or nothing of a library that has boxes of its own."""
-    return next((word for word in re.split("[/_]", name) if word in ("tight", "stock")), "")
+    """`tight`, `stock` or both, or nothing of a library that has boxes of its own."""
+    return " or ".join(dict.fromkeys(re.findall(r"(?<![a-z])(?:tight|stock)(?![a-z])", name)))
 
 
 def is_fcls(name):
@@ -173,6 +181,9 @@ class Scene:
         first = part.names("Checked")[0]
         self.segments = part.median("Checked", first, "segments")
         self.fibers = part.median("Checked", first, "fibers")
+
+    def processes(self):
+        return len(self.part.processes())
 
     def title(self):
         each = self.segments / self.fibers
@@ -225,15 +236,25 @@ class Scene:
         return self._ratios[title]
 
     def _ratio(self, row):
+        """Each process has a best of its own."""
+        found = [Scene(self.name, part).best_of(row) for part in self.part.processes()]
+        if None in found:
+            return None
+        against = " or ".join(dict.fromkeys(name for name, _ in found))
+        ours = self.runs(row.ours, row.our_key or row.key)
+        return ratio_of(pd.concat([runs for _, runs in found]), ours, against)
+
+    def best_of(self, row):
+        """Whom the row compares with, and the runs; None if there is nobody. Of one process."""
         names = self.of(row.library, row.boxes, row.then, row.threads)
         if not names and row.library != "FCL":
             return None
-        best, ours = self.best(names, row.key), self.runs(row.ours, row.our_key or row.key)
+        best = self.best(names, row.key)
         if row.same_pairs:
             pairs, theirs = self.median(row.ours, "pairs"), self.median(best, "pairs")
             if abs(pairs - theirs) > ROUNDING * theirs:
                 raise ValueError(f"{self.part.file}: {pairs} pairs, {best} {theirs}")
-        return ratio_of(self.runs(best, row.key), ours, best)
+        return best, self.runs(best, row.key)
 
     def sampled(self, row):
         """Pairs that the library's own test was called on in a run and pairs that there are, of the

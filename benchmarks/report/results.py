@@ -12,10 +12,10 @@ OURS = ("LayeredAABBTree", "WrappedSphereTree")
 TOO_SLOW = ">"  # Notes such as ">10 s in detection" of who was ended.
 
 
-class Part:
-    """One file: the runs of one measure on one scene, by kind and name."""
+class Process:
+    """One file: the runs of one measure in one process, by kind and name."""
 
-    def __init__(self, path):
+    def __init__(self, path, number=1):
         document = json.loads(path.read_text(encoding="utf-8"))
         self.file, self.context, self.errors = path, document["context"], {}
         rows = {}
@@ -26,12 +26,7 @@ class Part:
                     self._note_error(*key, run["error_message"])
                 else:
                     rows.setdefault(key, []).append(row_of(run))
-        self._runs = {key: by_end(pd.DataFrame(found)) for key, found in rows.items()}
-        for kind in ("Checked", "Card"):
-            for name in self.names(kind):
-                note = self.note(name, kind)
-                if note and name.startswith(OURS) and not note.startswith(TOO_SLOW):
-                    raise RuntimeError(f"{path}: {name}: {note}")
+        self.runs = {key: by_end(pd.DataFrame(found), number) for key, found in rows.items()}
 
     def _note_error(self, kind, name, message):
         """A peer that is wrong is left out, anything else that is wrong ends the report."""
@@ -39,30 +34,59 @@ class Part:
             raise RuntimeError(f"{self.file}: {kind}/{name}: {message}")
         self.errors[name] = message
 
+
+class Part:
+    """One measure on one scene: its runs by kind and name, of one process or of several."""
+
+    def __init__(self, processes):
+        self._processes = processes
+        self.file, self.context = processes[0].file, processes[0].context
+        self.contexts = [one.context for one in processes]
+        self.errors = {name: why for one in processes for name, why in one.errors.items()}
+        for kind in ("Checked", "Card"):
+            for name in self.names(kind):
+                note = self.note(name, kind)
+                if note and name.startswith(OURS) and not note.startswith(TOO_SLOW):
+                    raise RuntimeError(f"{self.file}: {name}: {note}")
+
+    def processes(self):
+        """A part for each process."""
+        return [Part([one]) for one in self._processes]
+
     def names(self, kind):
-        return [name for of, name in self._runs if of == kind]
+        names = [name for one in self._processes for of, name in one.runs if of == kind]
+        return list(dict.fromkeys(names))
 
     def has(self, kind, name):
-        return (kind, name) in self._runs
+        return any((kind, name) in one.runs for one in self._processes)
 
     def counters(self, kind, name):
-        """Runs in rows by the seconds of their ends, counters in columns."""
-        if not self.has(kind, name):
+        """Runs in rows by process and the seconds of their ends, counters in columns."""
+        return pd.concat(self._of(kind, name))
+
+    def _of(self, kind, name):
+        """By process. One may lack it, because each chooses among the trees that it has tried."""
+        found = [one.runs[kind, name] for one in self._processes if (kind, name) in one.runs]
+        if not found:
             raise KeyError(f"{self.file}: no {kind}/{name}")
-        return self._runs[kind, name]
+        return found
+
+    def _known(self, kind, name, key):
+        """By process. A program wrote NaN of a phase that was not reached."""
+        found = self._of(kind, name)
+        if key not in found[0]:
+            raise KeyError(f"{self.file}: {kind}/{name} has no {key}")
+        return [counters[key] for counters in found if counters[key].notna().all()]
 
     def knows(self, kind, name, key):
-        """False where the program wrote NaN: a phase that was not reached."""
-        counters = self.counters(kind, name)
-        if key not in counters:
-            raise KeyError(f"{self.file}: {kind}/{name} has no {key}")
-        return counters[key].notna().all()
+        return bool(self._known(kind, name, key))
 
     def runs(self, kind, name, key):
         """The values of all runs."""
-        if not self.knows(kind, name, key):
+        known = self._known(kind, name, key)
+        if not known:
             raise ValueError(f"{self.file}: {kind}/{name}: {key} is not known")
-        return self.counters(kind, name)[key]
+        return pd.concat(known)
 
     def median(self, kind, name, key):
         return self.runs(kind, name, key).median()
@@ -102,28 +126,32 @@ def row_of(run):
     return row
 
 
-def by_end(runs):
+def by_end(runs, process):
     """Where no run tells when it ended, all took turns."""
     if "end" not in runs:
         runs["end"] = (np.arange(len(runs)) + 0.5) / len(runs)
-    return runs.set_index("end")
+    return runs.assign(process=process).set_index(["process", "end"])
 
 
 def load(folder, names):
-    """Parts by the file's name, in the order of `names`, those of the set. A file of another name
-    is an error; a measure that was not run has left no file."""
-    paths = {path.stem: path for path in folder.glob("*.json")}
-    if not paths:
-        raise FileNotFoundError(f"there are no results in {folder}")
-    for path in paths.values():
-        if path.stem not in names:
+    """Parts by the file's name, in the order of `names`, those of the set. The files of a measure
+    in several processes are NAME.json, NAME.2.json and so on. A file of another name is an error; a
+    measure that was not run has left no file."""
+    found = {}
+    for path in sorted(folder.glob("*.json"), key=lambda path: path.stem):
+        name, _, number = path.stem.partition(".")
+        if name not in names or not re.fullmatch("[2-9]?", number):
             raise ValueError(f"{path}: this set has no measure of this name")
-    return {name: Part(paths[name]) for name in names if name in paths}
+        found.setdefault(name, []).append(Process(path, int(number or 1)))
+    if not found:
+        raise FileNotFoundError(f"there are no results in {folder}")
+    return {name: Part(found[name]) for name in names if name in found}
 
 
 def told(parts, key):
     """What the contexts of all parts have, each once."""
-    found = dict.fromkeys(part.context.get(key, "unknown") for part in parts.values())
+    contexts = [context for part in parts.values() for context in part.contexts]
+    found = dict.fromkeys(context.get(key, "unknown") for context in contexts)
     known = [text for text in found if text != "unknown"]
     return " and ".join(known or found)
 

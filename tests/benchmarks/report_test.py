@@ -135,6 +135,33 @@ class ReportTest(unittest.TestCase):
         theirs, ours = pd.Series([6.0, 4.0], [9, 1]), pd.Series([2.0, 1.0, 3.0], [0, 10, 5])
         self.assertEqual(ratio_of(theirs, ours).value, (6 / 1 + 4 / 2) / 2)
 
+    def test_an_interval_holds_over_processes(self):
+        """If this failed, the luck of one process would be sold as an advantage, or all processes
+        would compare with the tree that was fastest in one of them."""
+        self.take("full", "frames_helix")
+        managers = self.fcl("", "update")
+        first, second = (next(n for n in managers if of in n) for of in ("/tight", "/stock"))
+        self.set_times("LayeredAABBTree/boxes", update=1)
+        texts = {}
+        for file, best, update in (
+            ("frames_helix.json", first, 2.0),
+            ("frames_helix.2.json", second, 2.6),
+            ("frames_helix.3.json", first, 2.4),
+        ):
+            for name in managers:
+                self.set_times(name, update=update if name == best else 9)
+            texts[file] = (self.folder / "frames_helix.json").read_text()
+        for file, text in texts.items():
+            (self.folder / file).write_text(text)
+        self.edit("frames_helix.2", lambda run: True, commit="other")
+        text = self.made("headline")
+        found = self.row(text, "Update: FCL")
+        self.assertEqual(found, ["2.4x (2.0 to 2.6), tight or stock"])
+        self.assertIn("Each scene was measured in 3 processes", text)
+        self.assertRegex(text, "commit [0-9a-f-]* and other")
+        (self.folder / "frames_helix.10.json").write_text(texts["frames_helix.json"])
+        self.assert_fails("frames_helix.10.json: this set has no measure of this name")
+
     def test_a_ratio_says_no_more_than_its_interval(self):
         """If this failed, noise would be sold as an advantage, or an advantage as noise."""
         for ratio, text in (
@@ -1215,7 +1242,8 @@ flags = dict(word.split("=", 1) for word in sys.argv[1:])
 out = Path(flags["--benchmark_out"])
 with open("calls", "a") as calls:
     calls.write(" ".join(sys.argv[1:-1]) + "\\n")
-document = json.loads((Path("recorded") / out.name).with_suffix(".json").read_text())
+name = out.name.split(".")[0]
+document = json.loads(Path("recorded", f"{name}.json").read_text())
 document["context"]["code"] = os.environ["FCL_FIBERS_CODE"]
 text = json.dumps(document)
 ended = Path("ended").exists()
@@ -1229,8 +1257,11 @@ sys.exit(ended)
         self.script("benchmarks/report/report.py", "")
         for name in ("run.sh", "run.py", "sets.py", "report/code_hash.py"):
             shutil.copy(BENCHMARKS / name, self.root / "benchmarks" / name)
-        shutil.copytree(HERE / "results" / "card", self.root / "recorded")
-        self.script("build/benchmarks/benchmarks/fcl_fibers_bench", self.PROGRAM)
+        for kind in ("card", "headline"):
+            results = HERE / "results" / kind
+            shutil.copytree(results, self.root / "recorded", dirs_exist_ok=True)
+        for program in ("bench", "headline"):
+            self.script(f"build/benchmarks/benchmarks/fcl_fibers_{program}", self.PROGRAM)
         for name in (".ci/apt_install.sh", "bin/cmake"):
             self.script(name, "#!/bin/sh\n")
 
@@ -1240,11 +1271,11 @@ sys.exit(ended)
         path.write_text(text)
         path.chmod(0o755)
 
-    def measured(self, *flags, code=0):
+    def measured(self, *flags, kind="--card --only card_static", code=0):
         """The calls of the program."""
         calls = self.root / "calls"
         calls.write_text("")
-        command = [self.root / "benchmarks" / "run.sh", "--card", "--only", "card_static", *flags]
+        command = [self.root / "benchmarks" / "run.sh", *kind.split(), *flags]
         path = f"{self.root / 'bin'}:/usr/bin:/bin"
         done = subprocess.run(command, capture_output=True, env={"PATH": path})
         self.assertEqual(done.returncode, code, done.stderr)
@@ -1269,6 +1300,19 @@ sys.exit(ended)
         (self.root / "src" / "new.cpp").write_text("changed")
         self.assertEqual(self.measured(), both)
 
+    def test_processes_of_the_readmes_table_are_far_apart(self):
+        """If this failed, one slow minute would be in all processes of a scene, or a process would
+        take the place of another."""
+        results = self.root / "build" / "benchmarks" / "results" / "headline"
+        found = self.measured(kind="")
+        scenes = [re.search("--scene=([a-z-]*)", call)[1] for call in found]
+        self.assertEqual(scenes, 3 * ["helix", "cap", "paper-dynamic"])
+        self.assertEqual(len(list(results.glob("*.json"))), 9)
+        (results / "frames_cap.2.json").unlink()
+        self.assertEqual(self.measured(kind=""), found[1:2])
+        shutil.rmtree(results)
+        self.assertEqual(self.measured("--processes=1", kind=""), found[:3])
+
     def refused(self, *flags):
         """What it prints, without having installed or measured anything."""
         shutil.rmtree(self.root / ".ci")
@@ -1284,6 +1328,7 @@ sys.exit(ended)
             ("--trade --full", "argument --full: not allowed with argument --trade"),
             ("--card --hair=/dev/null", "--hair does not go with --card"),
             ("--hair /dev/null", "--hair: /dev/null is no file"),
+            ("--full --processes=2", "--processes goes with the README's table alone"),
             ("--only frames --hair /dev/null", "--only does not go with --hair"),
             ("--only farmes", "--only farmes: this set has no measure of that name"),
             ("--radius=1", "--radius needs --hair FILE"),
