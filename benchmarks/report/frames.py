@@ -30,7 +30,7 @@ WITH_BOXES = (
     ratios.UPDATE,
     ratios.SET_UP,
     ratios.SET_UP_WITH_BOXES,
-    "Update: coal",
+    ratios.COAL_UPDATE,
     ratios.SET_UP_OF_COAL,
     ratios.COAL_TEST,
     ratios.COAL_COLLIDE,

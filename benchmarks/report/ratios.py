@@ -48,6 +48,8 @@ STOCK = "Detection: FCL, stock boxes"
 UPDATE = "Update: FCL"
 SET_UP = "Set-up: FCL, boxes written before"
 SET_UP_WITH_BOXES = "Set-up: FCL, with its boxes"
+COAL_TIGHT = "Detection: coal, tight boxes"
+COAL_UPDATE = "Update: coal"
 SET_UP_OF_COAL = "Set-up: coal, with its boxes"
 TOUCHING_TEST = "Touching pairs: FCL, tight boxes, a closed-form capsule test"
 TOUCHING_TIGHT = "Touching pairs: FCL, tight boxes, fcl::collide"
@@ -71,8 +73,8 @@ def _rows():
         yield Row(TOUCHING_TEST + suffix, "FCL", "frame", ours, "tight", TEST)
         yield Row(TOUCHING_TIGHT + suffix, "FCL", "frame", ours, "tight", COLLIDE)
         yield Row(TOUCHING_STOCK + suffix, "FCL", "frame", ours, "stock", COLLIDE)
-    yield Row("Detection: coal, tight boxes", "coal", "detection", BOXES, "tight", same_pairs=True)
-    yield Row("Update: coal", "coal", "update")
+    yield Row(COAL_TIGHT, "coal", "detection", BOXES, "tight", same_pairs=True)
+    yield Row(COAL_UPDATE, "coal", "update")
     yield Row(SET_UP_OF_COAL, "coal", "set_up")
     yield Row(COAL_TEST, "coal", "frame", CAPSULES, then=TEST)
     yield Row(COAL_COLLIDE, "coal", "frame", CAPSULES, then=COLLIDE)
@@ -135,8 +137,8 @@ def ratio_of(theirs, ours, against=""):
 
 
 def ratios_of(theirs, ours):
-    """Of two series of one process: of each run of the shorter one and that of the other which ended
-    next to it. A machine that is shared is slow for seconds at a time, for both."""
+    """Of two series of one process: of each run of the shorter one and that of the other which
+    ended next to it. A machine that is shared is slow for seconds at a time, for both."""
     fewer, more = sorted((theirs, ours), key=len)
     nearest = np.abs(np.subtract.outer(fewer.index, more.index)).argmin(axis=1)
     ratios = fewer / more.to_numpy()[nearest]

@@ -23,15 +23,17 @@ namespace fcl_fibers {
 /// has the arc parameter 0.
 ///
 /// A box and a half-space are solid. If the axis is outside, the normal is along the way between
-/// two closest points. If the axis reaches into them, or crosses a plane or triangle, `distance` is
-/// how far the whole capsule has to move against the normal until it is out of the box or
-/// half-space, or on one side of the plane or triangle. It is the shortest such way: from a box
-/// across a face or across an edge and the axis, from a half-space at the deeper end, from a plane
-/// or triangle to the nearer side. The points are those that touch after that motion; if the axis
-/// is along a plane, they are at its middle. The points with a triangle are explained at
-/// MeshContact. If several ways out of a box are as short, up to 16 eps of the lengths, the first
-/// counts: across the faces of its x, y and z axis, then across edges, to the side of the axis's
-/// middle.
+/// two closest points. If the axis reaches into them, or crosses a plane or triangle, the capsule has
+/// to move against the normal until it is out, or on one side. `distance` is minus the length of
+/// the shortest such way:
+/// * from a box, across a face, or across an edge and the axis;
+/// * from a half-space, that of the deeper end;
+/// * from a plane or a triangle, to the nearer side.
+///
+/// The points are those that touch after that motion; if the axis is along a plane, they are at its
+/// middle. The points with a triangle are explained at MeshContact. If several ways out of a box
+/// are as short, up to 16 eps of the lengths, the first counts: across the faces of its x, y and z
+/// axis, then across edges, to the side of the axis's middle.
 ///
 /// The error of `distance` is at most 32 eps of a sum: the radius, the axis's length, the box's
 /// sides and the ways from the box's middle to the axis's ends. With a plane or half-space these

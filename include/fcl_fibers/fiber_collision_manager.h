@@ -68,8 +68,8 @@ struct LiveObjectPair {
 ///   they do not.
 /// * Under Report::kVolumes, `distance` measures all objects where they are now.
 /// * A query with another fiber manager that has Report::kVolumes reads its objects afresh in two
-///   cases. Either the volumes, topology or report of the two managers differ, or the other margin
-///   is larger than this one's and larger than the scene of the other manager.
+///   cases. Either the volumes, topology or report of the two managers differ, or the margin of the
+///   other manager exceeds both this one's margin and the size of its own scene.
 ///
 /// Under Report::kCapsules an update leaves two things to the first query that needs them: it
 /// compares the triangles of a mesh with those that the manager has read, and it reads the shape

@@ -94,10 +94,12 @@ struct FiberArrays;
 /// | safeStep()         | a time        | none (4)       | a time       | a time         |
 /// | `MovingPairs`      | `SegmentPair` | none (5)       | none (5)     | none (5)       |
 ///
-/// (1) The question is not about a step, so the partner is one of the two meshes. (2) A pair of two
-/// trees has a segment on both sides, and `Pairs` of a shape are the segments themselves.
-/// (3) shapeContact() tells the distance of each segment. (4) A mesh that rests is
-/// `MeshStep{mesh, mesh}`. (5) They are for a program's own test of two segments.
+/// * (1) The question is not about a step, so ask about one of the two meshes.
+/// * (2) A pair of two trees has a segment on both sides. For a shape ask `Pairs`, which finds the
+///   segments themselves.
+/// * (3) shapeContact() tells the distance of each segment.
+/// * (4) For a mesh that rests ask about `MeshStep{mesh, mesh}`.
+/// * (5) They are for a program's own test of two segments.
 ///@{
 
 /// What touches: it is no further away than the radii and the margin allow. If the tree has

@@ -107,8 +107,9 @@ class LivePairs {
 
   /// Returns how many pairs touch.
   FCL_FIBERS_TREE_EXPORT std::size_t count() const;
-  /// All slots are from 0 to slotCount() - 1. It never falls. It is at most the largest number,
-  /// over all updates, of pairs that touched and pairs that ended at one update.
+  /// All slots are from 0 to slotCount() - 1. It never falls. Each
+  /// update has a sum: the pairs that touch, and those that it has ended. The largest of these sums
+  /// is the most that slotCount() can be.
   FCL_FIBERS_TREE_EXPORT std::int32_t slotCount() const;
 
   /// Calls visit(pair, slot) for each pair that touches, in the order of the list. The pairs that
@@ -148,8 +149,8 @@ class LivePairs {
   /// Replaces the content of `distances` by one number for each point of the tree: how far the
   /// point may move, in the unit of the fibers. If no point moves further than its own number, no
   /// two segments touch afterwards that do not touch now. The number is the lesser of two:
-  /// * half the gap, beyond the margin, to the nearest segment that the point's segments are not to
-  ///   touch, rounded down by up to a thirty-second;
+  /// * half the gap, beyond the margin, to the nearest segment that does not touch the point's
+  ///   segments now, rounded down by up to a thirty-second;
   /// * half of what is left of the skin. This is at least about a quarter of the skin if distances
   ///   are asked for after each update, and if not very many pairs are near.
   ///

@@ -33,9 +33,9 @@ struct ShadowResult {
   std::string difference;       ///< the first difference in words; empty if there is none
   std::string file;             ///< the record that was written at the first difference, if any
 
-  /// Pairs of only one manager that no contract decides, because an object has moved since it was
-  /// updated, because an option may leave the pair out, or because a manager has its step and it is
-  /// not known where an object began it.
+  /// Pairs that one manager reports and the other one may leave out. There are three reasons: an
+  /// object has moved since its update; an option may leave the pair out; or a manager is in a
+  /// step, and it is not known where an object began it.
   std::size_t undecided = 0;
 
   /// What went wrong with the comparison itself, such as a record that could not be written. The

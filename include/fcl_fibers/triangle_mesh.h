@@ -60,8 +60,8 @@ class FCL_FIBERS_TREE_EXPORT TriangleMesh {
   /// Throws std::invalid_argument if an array of a count above 0 is null, if a count or a number is
   /// out of range, or if a solid mesh is not watertight. If a point is NaN, or a triangle names a
   /// point that is not there or has an open edge, the text tells which. A mesh is watertight if
-  /// each edge of a triangle is that of exactly one other triangle, which runs through it in the
-  /// opposite direction. Seen from outside, the points of its triangles are counterclockwise. A
+  /// each edge of a triangle is that of exactly one other triangle, which names its two points in
+  /// the opposite order. Seen from outside, the points of its triangles are counterclockwise. A
   /// solid whose volume is negative is refused; of several bodies, the sum of the volumes counts.
   ///@{
   explicit TriangleMesh(const MeshArrays<float>& arrays, Kind kind = Kind::kSurface);
