@@ -40,7 +40,7 @@ SCENES = {
 }
 PUBLISHED = {"boxes": "LayeredAABBTree/super_thread", "spheres": "WrappedSphereTree/super_thread"}
 DEFAULT = {"boxes": "LayeredAABBTree/boxes", "spheres": "WrappedSphereTree/spheres"}
-BEST = "FCL's best"
+BEST = "FCL's best, all pairs"
 CONTENDERS = {
     "spheres, as published": PUBLISHED["spheres"],
     "boxes, as published": PUBLISHED["boxes"],

@@ -9,8 +9,8 @@ import ratios
 from machines import MainTable
 
 CAPTION = (
-    "How many times as fast ours is in the scene, and beside the library, where it gains least, with that scene's interval; "
-    "below 1 the other is faster. " + ratios.READ
+    "How many times as fast ours is in the scene, and beside the library, where it gains least, "
+    "with that scene's interval; below 1 the other is faster. " + ratios.READ
 )
 
 

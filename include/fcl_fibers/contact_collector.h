@@ -23,9 +23,9 @@ namespace fcl_fibers {
 /// has the arc parameter 0.
 ///
 /// A box and a half-space are solid. If the axis is outside, the normal is along the way between
-/// two closest points. If the axis reaches into them, or crosses a plane or triangle, the capsule has
-/// to move against the normal until it is out, or on one side. `distance` is minus the length of
-/// the shortest such way:
+/// two closest points. If the axis reaches into them, or crosses a plane or triangle, the capsule
+/// has to move against the normal until it is out, or on one side. `distance` is minus the length
+/// of the shortest such way:
 /// * from a box, across a face, or across an edge and the axis;
 /// * from a half-space, that of the deeper end;
 /// * from a plane or a triangle, to the nearer side.
