@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <thread>
+#include <utility>
 
 #include <pybind11/pybind11.h>
 
@@ -20,30 +21,40 @@ auto takeLock(Take&& take) {
   }
 }
 
-/// Lets other threads of Python run while it lives.
+/// What this thread has let go; null while it holds the interpreter's lock.
+inline PyThreadState*& released() {
+  thread_local PyThreadState* state = nullptr;
+  return state;
+}
+
+/// Lets other threads of Python run while it lives, on a thread that holds the lock.
 class Unlocked {
  public:
-  Unlocked() : state_(PyEval_SaveThread()) {}
+  Unlocked() { released() = PyEval_SaveThread(); }
   Unlocked(const Unlocked&) = delete;
   Unlocked& operator=(const Unlocked&) = delete;
   ~Unlocked() {
-    takeLock([this] { PyEval_RestoreThread(state_); });
+    takeLock([] { PyEval_RestoreThread(std::exchange(released(), nullptr)); });
+  }
+};
+
+/// Holds the interpreter's lock while it lives, on the thread of an Unlocked, or on one that holds
+/// it already. PyGILState_Ensure() would read a null pointer once the interpreter has ended, which
+/// it does before the process.
+class Locked {
+ public:
+  Locked() : was_released_(released() != nullptr) {
+    if (!was_released_) return;
+    takeLock([] { PyEval_RestoreThread(std::exchange(released(), nullptr)); });
+  }
+  Locked(const Locked&) = delete;
+  Locked& operator=(const Locked&) = delete;
+  ~Locked() {
+    if (was_released_) released() = PyEval_SaveThread();
   }
 
  private:
-  PyThreadState* state_;
-};
-
-/// Holds the interpreter's lock while it lives, on a thread that has let it go.
-class Locked {
- public:
-  Locked() : state_(takeLock([] { return PyGILState_Ensure(); })) {}
-  Locked(const Locked&) = delete;
-  Locked& operator=(const Locked&) = delete;
-  ~Locked() { PyGILState_Release(state_); }
-
- private:
-  PyGILState_STATE state_;
+  bool was_released_;
 };
 
 }  // namespace fcl_fibers::python

@@ -335,14 +335,17 @@ def test_signals_wait_for_the_main_thread(crowded):
     assert found == 8000 * 7999 // 2
 
 
-def test_daemons_in_a_query_do_not_abort_the_end():
-    script = """
-import threading, time
+@pytest.mark.parametrize("fibers, radius", [(1000, 0.3), (20000, 0.1)])
+def test_daemons_in_a_query_do_not_abort_the_end(fibers, radius):
+    """The process goes on for a second after the interpreter has ended, and so do queries. Those of
+    many fibers have not ended until then."""
+    script = f"""
+import ctypes, sys, threading, time
 import numpy as np
 import fcl_fibers
 
 tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
-tree.build(np.random.default_rng(1).uniform(size=(1000, 2, 3)), radii=0.3)
+tree.build(np.random.default_rng(1).uniform(size=({fibers}, 2, 3)), radii={radius})
 
 def run(query):
     while True:
@@ -351,7 +354,10 @@ def run(query):
 for query in (tree.pairs, lambda: tree.visit_pairs(len, block=100)):
     threading.Thread(target=run, args=(query,), daemon=True).start()
 time.sleep(0.2)
+libc = ctypes.CDLL(None)
+libc.on_exit(ctypes.cast(libc.sleep, ctypes.c_void_p), None)  # calls sleep(the exit status)
+sys.exit(1)
 """
     for _ in range(3):
         ended = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=60)
-        assert (ended.returncode, ended.stderr) == (0, b"")
+        assert (ended.returncode, ended.stderr) == (1, b"")
